@@ -64,6 +64,13 @@ static inline double vec3_norm(vec3 a)
     return sqrt(vec3_dot(a, a));
 }
 
+/* a turned about a unit vector by an angle (Rodrigues) */
+static inline vec3 vec3_turned(vec3 a, vec3 axis, double cosine, double sine)
+{
+    const vec3 along = vec3_scale(axis, vec3_dot(axis, a));
+    return vec3_axpy(vec3_axpy(along, cosine, vec3_sub(a, along)), sine, vec3_cross(axis, a));
+}
+
 /* r + v t + g t^2 / 2: where a ball is after t seconds of free flight */
 static inline vec3 vec3_fly(vec3 r, vec3 v, vec3 g, double t)
 {

@@ -6,8 +6,6 @@
 
 #include <limits.h>
 
-enum { UNKNOWN = -1 }; /* word of a choice */
-
 /* The struct that the block's keys of this section are in */
 static void *values_of(const struct mill_deck *deck, const struct mill_deck_block *block,
                        const struct mill_deck_section *section)
@@ -150,7 +148,7 @@ static void fill_block(struct mill_deck *deck, const struct mill_deck_block *blo
     for (const struct mill_key *key = keys; key->name && !deck->text.reading->over; key++)
         if (fill_key(deck, block, key, section) && key == keys && chooses)
             section->word = *(int *)((char *)section->form + key->offset);
-    if (chooses && section->word != UNKNOWN)
+    if (chooses && section->word >= 0)
         check_entries(deck, section, keys);
 }
 

@@ -50,7 +50,7 @@ enum { MILL_DECK_TURN, MILL_DECK_SWING, MILL_DECK_SHIFT, MILL_DECK_TABLE };
 
 /* [body.NAME], as given */
 struct mill_deck_body {
-    struct mill_body is;  /* first: its side, centre and sizes */
+    struct mill_body is;  /* first, as for keys of solids: its side, centre and sizes */
     int shape;            /* number in the list of solids */
     const char *motion;   /* the motion that carries it; NULL: it stands still */
     vec3 axis;            /* of any length */

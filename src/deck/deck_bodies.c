@@ -10,7 +10,6 @@ enum {
     MOST_BODIES = 20000,  /* limit of the engine's numbers of surfaces, with the blades */
     MOST_FACETS = 5000000 /* of all copies of a mesh: 3 GB of memory */
 };
-#define PREFIX "ball_"
 /* an axis nearer than this to x: its part across x is only rounding */
 #define ALONG 1e-6
 
@@ -29,14 +28,6 @@ static struct mill_heading heading(double angle)
     return at;
 }
 
-/* a turned about the unit vector n (Rodrigues) */
-static vec3 turned(vec3 a, vec3 n, struct mill_heading at)
-{
-    const vec3 along = vec3_scale(n, vec3_dot(n, a));
-    const vec3 across = vec3_sub(a, along);
-    return vec3_axpy(vec3_axpy(along, at.cos, across), at.sin, vec3_cross(n, a));
-}
-
 /* Sets unit vectors at right angles: z as given, x as near to the given x as possible */
 static void set_axes(struct mill_body *is, vec3 z, vec3 x)
 {
@@ -51,15 +42,16 @@ static void place(const struct mill_deck_body *given, struct mill_body *is)
     const bool along_x = hypot(z.y, z.z) < ALONG;
     *is = given->is;
     set_axes(is, z, vec3_make(!along_x, along_x, 0.0));
-    set_axes(is, is->z, turned(is->x, is->z, heading(given->angle)));
+    const struct mill_heading at = heading(given->angle);
+    set_axes(is, is->z, vec3_turned(is->x, is->z, at.cos, at.sin));
 }
 
 static void move_on(const struct mill_deck_body *given, struct mill_body *is)
 {
     const struct mill_heading at = heading(given->turn_by);
     const vec3 n = mill_deck_motions_unit(given->turn_about);
-    is->centre = vec3_add(turned(is->centre, n, at), given->shift_by);
-    set_axes(is, turned(is->z, n, at), turned(is->x, n, at));
+    is->centre = vec3_add(vec3_turned(is->centre, n, at.cos, at.sin), given->shift_by);
+    set_axes(is, vec3_turned(is->z, n, at.cos, at.sin), vec3_turned(is->x, n, at.cos, at.sin));
 }
 
 /* ---- kinds of contact ---- */
@@ -69,19 +61,19 @@ static bool find_kind(struct mill_deck *deck, const struct mill_deck_section *se
     const char *given = ((struct mill_deck_body *)section->form)->kind;
     const char *name = given ? given : mill_deck_name(section);
     struct mill_kinds *kinds = &deck->mill.contacts;
-    const bool prefixed = given && strncmp(given, PREFIX, strlen(PREFIX)) == 0;
-    name += prefixed ? strlen(PREFIX) : 0;
+    const bool prefixed = given && strncmp(given, MILL_DECK_BALL, strlen(MILL_DECK_BALL)) == 0;
+    name += prefixed ? strlen(MILL_DECK_BALL) : 0;
     if (!mill_deck_is_name(name) || strlen(name) >= MILL_NAME_LENGTH)
         return mill_deck_wrong(
             &deck->text, section->title, "kind",
             "'%.80s' is not allowed: a name consists of letters, digits, '_', '-', '+' and '.'",
             given);
     if (given && !prefixed)
-        return mill_deck_wrong(&deck->text, section->title, "kind",
-                               "a kind of contact begins with 'ball_': write '" PREFIX "%.60s'",
-                               given);
+        return mill_deck_wrong(
+            &deck->text, section->title, "kind",
+            "a kind of contact begins with 'ball_': write '" MILL_DECK_BALL "%.60s'", given);
     for (*kind = 0; *kind < kinds->count; ++*kind)
-        if (strcmp(kinds->name[*kind] + strlen(PREFIX), name) == 0)
+        if (strcmp(kinds->name[*kind] + strlen(MILL_DECK_BALL), name) == 0)
             break;
     if (*kind == MILL_BALL_BALL)
         return mill_deck_wrong(
@@ -95,7 +87,7 @@ static bool find_kind(struct mill_deck *deck, const struct mill_deck_section *se
                                MILL_KINDS_MOST);
     if (*kind == kinds->count) {
         mill_kinds_add(kinds, name);
-        deck->mill.kind[deck->setup.kinds++] = kinds->name[*kind] + strlen(PREFIX);
+        deck->mill.kind[deck->setup.kinds++] = kinds->name[*kind] + strlen(MILL_DECK_BALL);
     }
     return true;
 }
@@ -201,10 +193,9 @@ static bool check_form(const struct mill_deck *deck, const struct mill_deck_sect
                                "%g m is too large for the sizes of the body, or smaller than "
                                "%g m: change it",
                                is->rounding, MILL_SOLID_LEAST);
-    return mill_deck_wrong(&deck->text, section->title, NULL, "%s",
-                           solid->sizes ? solid->sizes
-                                        : "a size of the body is out of range: look at its radius, "
-                                          "length and size");
+    return mill_deck_wrong(&deck->text, section->title, NULL,
+                           "a size of the body is out of range: look at its radius, length and "
+                           "size");
 }
 
 static void add(struct mill_deck *deck, const char *section, struct mill_setup_surface surface,
@@ -346,7 +337,6 @@ double mill_deck_bodies_reach(const struct mill_solid *solid, const struct mill_
     return far;
 }
 
-/* The speed of the rotor, where the speed of its tips is given */
 void mill_deck_bodies_turn(struct mill_deck *deck)
 {
     double tip = deck->given.blades.count > 0 ? deck->given.blades.form.tip_radius : 0.0;

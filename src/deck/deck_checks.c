@@ -277,15 +277,6 @@ void mill_deck_checks_powder(struct mill_deck *deck)
 
 /* ---- warnings of what is allowed but is probably a mistake ---- */
 
-static void warn_of_frames(const struct mill_deck *deck)
-{
-    const double frames = frames_of(deck);
-    if (frames > MANY_FRAMES)
-        mill_deck_faults_warn(deck, "output", "frames",
-                              "%.3g frames until %g s take %.3g GB; consider a longer interval",
-                              frames, deck->observe.end, size_of(deck));
-}
-
 /* A random start puts balls into all free room, also into buckles with a narrow opening. */
 static void warn_of_mouths(const struct mill_deck *deck)
 {
@@ -313,7 +304,6 @@ static void warn_of_mouths(const struct mill_deck *deck)
 static void warn_of_idle(const struct mill_deck *deck)
 {
     for (int k = deck->mill.rotor; k < deck->setup.motions; k++) {
-        char section[MILL_NAME_LENGTH + 16];
         bool carries = deck->setup.drum.rides == 1 + k;
         for (int i = 0; i < deck->setup.motions; i++)
             carries = carries || deck->mill.motion[i].on == k;
@@ -321,9 +311,8 @@ static void warn_of_idle(const struct mill_deck *deck)
             carries = carries || deck->setup.surface[i].motion == k;
         if (carries)
             continue;
-        snprintf(section, sizeof section, "motion.%s", deck->mill.motion[k].name);
         mill_deck_faults_warn(
-            deck, section, "kind",
+            deck, mill_deck_find(&deck->text, "motion", deck->mill.motion[k].name)->title, "kind",
             "this motion carries nothing: name it as 'on' of another motion or as "
             "'motion' of a body, or leave it out");
     }
@@ -356,7 +345,6 @@ static void warn_of_table(const struct mill_deck *deck, const struct mill_setup_
 {
     const struct mill_table *table = motion->form;
     const double size = cbrt(mill_deck_checks_volume(deck)), g = 9.80665;
-    char section[MILL_NAME_LENGTH + 16];
     vec3 before = {0.0, 0.0, 0.0}, first = {0.0, 0.0, 0.0};
     double speed = 0.0, push = 0.0, far = 0.0, since = 0.0;
     for (size_t k = 0; k + 1 < table->rows; k++) {
@@ -373,9 +361,8 @@ static void warn_of_table(const struct mill_deck *deck, const struct mill_setup_
     }
     if (speed <= FAST && push <= HARD * g && far <= WIDE * size)
         return;
-    snprintf(section, sizeof section, "motion.%s", motion->name);
     mill_deck_faults_warn(
-        deck, section, "file",
+        deck, mill_deck_find(&deck->text, "motion", motion->name)->title, "file",
         "the table moves by %.3g m, at up to %.3g m/s and %.3g g: its rows are in "
         "s, m and rad; divide lengths in mm and times in ms by 1000",
         far, speed, push / g);
@@ -419,20 +406,19 @@ static void warn_of_materials(const struct mill_deck *deck)
             : "is not used: the balls have no 'material'");
 }
 
-/* Materials give the contacts of clean surfaces. */
-static void warn_of_powder(const struct mill_deck *deck)
+void mill_deck_warn(const struct mill_deck *deck)
 {
+    const double frames = frames_of(deck);
+    /* materials give the contacts of clean surfaces */
     const bool clean = deck->mill.contact[MILL_BALL_BALL].assumed[0] && !deck->given.between;
     if (clean && mill_deck_section(&deck->text, "powder"))
         mill_deck_faults_warn(deck, "powder", "mass",
                               "the contacts are those of clean surfaces; [contact] between = "
                               "powder gives those of surfaces with powder");
-}
-
-void mill_deck_warn(const struct mill_deck *deck)
-{
-    warn_of_powder(deck);
-    warn_of_frames(deck);
+    if (frames > MANY_FRAMES)
+        mill_deck_faults_warn(deck, "output", "frames",
+                              "%.3g frames until %g s take %.3g GB; consider a longer interval",
+                              frames, deck->observe.end, size_of(deck));
     warn_of_mouths(deck);
     warn_of_idle(deck);
     warn_of_axes(deck);

@@ -1,6 +1,8 @@
 /* Finds rows of the tables of keys, and sections and entries of a deck that has been read. */
 #include "deck/deck_private.h"
 
+#include <strings.h>
+
 const struct mill_key *mill_deck_table_keys(const struct mill_deck_block *block)
 {
     return block->solid && block->solid->key ? block->solid->key : block->key;
@@ -48,6 +50,15 @@ struct mill_deck_section *mill_deck_named(const struct mill_deck_text *text, con
     return s;
 }
 
+struct mill_deck_section *mill_deck_find(const struct mill_deck_text *text, const char *title,
+                                         const char *name)
+{
+    struct mill_deck_section *s = NULL;
+    while ((s = mill_deck_named(text, title, s)) && strcmp(mill_deck_name(s), name) != 0)
+        continue;
+    return s;
+}
+
 struct mill_deck_section *mill_deck_next_balls(const struct mill_deck_text *text,
                                                const struct mill_deck_section *last)
 {
@@ -66,6 +77,15 @@ bool mill_deck_is_name(const char *name)
     static const char allowed[] =
         "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_-+.";
     return *name && !strchr("-+.", *name) && !name[strspn(name, allowed)];
+}
+
+bool mill_deck_is_among(const char *words, char apart, const char *text)
+{
+    const size_t length = strlen(text);
+    for (const char *p = words; p; p = strchr(p, apart), p += p != NULL)
+        if (strncasecmp(p, text, length) == 0 && (!p[length] || p[length] == apart))
+            return true;
+    return false;
 }
 
 struct mill_deck_entry *mill_deck_entry(const struct mill_deck_section *section, const char *key)

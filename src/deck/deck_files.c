@@ -144,10 +144,7 @@ static int next_numbers(const struct mill_deck_rows *rows, FILE *in, long *line,
     bool good;
     int n = 0;
     while (n == 0 && next_row(in, row, &good)) {
-        /* byte order mark of UTF-8 */
-        const bool marked =
-            ++*line == 1 && row[0] == '\xef' && row[1] == '\xbb' && row[2] == '\xbf';
-        const char *text = row + (marked ? 3 : 0);
+        const char *text = row + (++*line == 1 ? mill_textfile_mark(row) : 0);
         n = good ? read_numbers(text, MILL_DECK_COLUMNS, value) : -1;
         *mend = good && n < 0 ? find_mend(rows, text) : "";
     }

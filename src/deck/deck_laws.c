@@ -3,8 +3,6 @@
  * restitutions that fall with the speed. */
 #include "deck/deck_private.h"
 
-#include <strings.h>
-
 /* ---- the table of materials; docs/deck.md gives the source of each number ---- */
 
 /* Elastic-plastic spheres of hardened bearing steel with a yield speed of 0.78 m/s (C. Thornton, J.
@@ -44,47 +42,33 @@ static const struct known {
 };
 enum { KNOWN = sizeof known / sizeof *known };
 
-/* Is `name` one of "first|second"? Upper and lower case are equal. */
-static bool is_among(const char *names, const char *name)
-{
-    const size_t length = strlen(name);
-    for (const char *p = names; p; p = strchr(p, '|'), p += p != NULL)
-        if (strcspn(p, "|") == length && strncasecmp(p, name, length) == 0)
-            return true;
-    return false;
-}
-
 bool mill_deck_materials_find(const struct mill_deck *deck, const char *section, const char *key,
                               const char *name, struct mill_deck_found *found)
 {
-    char title[MILL_NAME_LENGTH + 16], list[400] = "";
+    char list[400] = "";
     const struct known *k = known;
-    while (k < known + KNOWN && !is_among(k->names, name))
+    while (k < known + KNOWN && !mill_deck_is_among(k->names, '|', name))
         k++;
-    snprintf(title, sizeof title, "material.%.63s", name);
-    const struct mill_deck_section *own = mill_deck_section(&deck->text, title);
-    if (!own && k < known + KNOWN) { /* under its first name: [material.steel] also for "Steel" */
-        snprintf(title, sizeof title, "material.%.*s", (int)strcspn(k->names, "|"), k->names);
-        own = mill_deck_section(&deck->text, title);
-    }
-    *found = (struct mill_deck_found){
-        .is = own ? *(struct mill_deck_material *)own->form : deck->given.unknown, .remark = ""};
-    snprintf(found->name, sizeof found->name, "%s", name);
-    if (k < known + KNOWN) {
+    const bool is_known = k < known + KNOWN;
+    *found = (struct mill_deck_found){.remark = ""};
+    snprintf(found->name, sizeof found->name, "%.*s",
+             (int)(is_known ? strcspn(k->names, "|") : strlen(name)), is_known ? k->names : name);
+    const struct mill_deck_section *own = mill_deck_find(&deck->text, "material", name);
+    if (!own) /* under its first name: [material.steel] also for "Steel" */
+        own = mill_deck_find(&deck->text, "material", found->name);
+    found->is = own ? *(struct mill_deck_material *)own->form : deck->given.unknown;
+    if (is_known) {
         struct mill_deck_law *law = &found->is.law;
-        if (isnan(law->restitution) && !law->table)
+        if (isnan(law->restitution) && !law->table) {
             found->remark = k->remark;
-        if (!law->table && isnan(law->restitution) && k->fall) {
-            law->table = "steel";
+            law->restitution = k->restitution;
+            law->table = k->fall ? "steel" : NULL;
             law->rows = k->fall;
-        } else if (!law->table) {
-            law->restitution = first_of(law->restitution, k->restitution);
         }
         law->friction = first_of(law->friction, k->friction);
         law->tangential = first_of(law->tangential, k->tangential);
         if (found->is.density == 0.0)
             found->is.density = k->density;
-        snprintf(found->name, sizeof found->name, "%.*s", (int)strcspn(k->names, "|"), k->names);
     } else if (!own) {
         for (k = known; k < known + KNOWN; k++)
             snprintf(list + strlen(list), sizeof list - strlen(list), "%s%.*s", *list ? ", " : "",
@@ -99,7 +83,6 @@ bool mill_deck_materials_find(const struct mill_deck *deck, const char *section,
 
 /* ---- falling restitution ---- */
 
-/* Takes the rows of a table. */
 static bool take_rows(const struct mill_deck_rows *rows, struct mill_fall *fall)
 {
     const double(*row)[MILL_DECK_COLUMNS] = rows->row.item;
@@ -388,10 +371,8 @@ static void list_printed(struct mill_deck *deck)
 static const void *find_values(const struct mill_deck *deck, const char *title, int kind,
                                const void *general)
 {
-    const struct mill_deck_section *s = NULL;
-    while ((s = mill_deck_named(&deck->text, title, s)) &&
-           strcmp(mill_deck_name(s), deck->mill.contacts.name[kind]) != 0)
-        continue;
+    const struct mill_deck_section *s =
+        mill_deck_find(&deck->text, title, deck->mill.contacts.name[kind]);
     return s ? s->form : general;
 }
 

@@ -8,9 +8,7 @@ enum { MOST_ROWS = 10000000, COLUMNS = 7 };
 
 /* ---- tables ---- */
 
-/* Whole turns from the first rotation vector to the last, if all of them are along one axis; 0:
- * none
- */
+/* Whole turns from the first rotation vector to the last, if all are along one axis; 0: none */
 static double turns_of(const double (*row)[MILL_DECK_COLUMNS], size_t rows)
 {
     const double *first = row[0] + 4, *last = row[rows - 1] + 4;
@@ -119,15 +117,6 @@ static int place_of(const struct mill_deck *deck, const char *name)
     return MILL_STILL;
 }
 
-/* The section [motion.NAME] */
-static const struct mill_deck_section *section_of(const struct mill_deck *deck, const char *name)
-{
-    const struct mill_deck_section *s = NULL;
-    while ((s = mill_deck_named(&deck->text, "motion", s)) && strcmp(mill_deck_name(s), name) != 0)
-        continue;
-    return s;
-}
-
 vec3 mill_deck_motions_unit(vec3 a)
 {
     const double length = vec3_norm(a);
@@ -159,7 +148,8 @@ bool mill_deck_motions_find(const struct mill_deck *deck, const char *section, c
 static void tell_circle(const struct mill_deck *deck, const struct mill_deck_section *section)
 {
     for (int k = 0; k < MILL_MOTIONS_MOST; k++)
-        section = section_of(deck, ((struct mill_deck_motion *)section->form)->on);
+        section =
+            mill_deck_find(&deck->text, "motion", ((struct mill_deck_motion *)section->form)->on);
     const char *on = ((struct mill_deck_motion *)section->form)->on,
                *name = mill_deck_name(section);
     if (strcmp(on, name) == 0)
@@ -185,7 +175,7 @@ static bool list_named(struct mill_deck *deck)
         for (int k = 0; k < n; k++) {
             const char *on = ((struct mill_deck_motion *)waiting[k]->form)->on;
             int carrier = MILL_STILL;
-            if (on && place_of(deck, on) == MILL_STILL && section_of(deck, on))
+            if (on && place_of(deck, on) == MILL_STILL && mill_deck_find(&deck->text, "motion", on))
                 waiting[left++] = waiting[k];
             else if (!mill_deck_motions_find(deck, waiting[k]->title, "on", on, &carrier) ||
                      !add_motion(deck, waiting[k], carrier))

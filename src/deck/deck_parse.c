@@ -10,7 +10,6 @@
 #include <assert.h>
 #include <ctype.h>
 
-#define PREFIX "ball_" /* prefix of kinds of contact */
 enum { MOST_SECTIONS = 10000, LARGEST = 1 << 24 /* [B] of a deck */ };
 
 struct mill_deck_section *mill_deck_section_add(struct mill_deck_text *text, const char *title)
@@ -48,8 +47,8 @@ static struct mill_deck_section *open_section(struct mill_deck_text *text, const
     if (block->named) {
         const char *name = strchr(title, '.') + 1;
         const bool kind = strcmp(block->title, "contact") == 0 || strcmp(block->title, "wear") == 0;
-        const bool prefixed = kind && strncmp(name, PREFIX, strlen(PREFIX)) == 0;
-        name += prefixed ? strlen(PREFIX) : 0;
+        const bool prefixed = kind && strncmp(name, MILL_DECK_BALL, strlen(MILL_DECK_BALL)) == 0;
+        name += prefixed ? strlen(MILL_DECK_BALL) : 0;
         wrong = strcmp(title, "motion.rotor") == 0
                     ? "'rotor' is the motion of [rotor]; give this one another name"
                 : kind && !prefixed
@@ -169,8 +168,7 @@ static void read_title(struct mill_deck_text *text, char *line)
         first->guessed = false;
         first->origin = text->reading->at;
     } else {
-        first = open_section(text, title);
-        text->reading->open = first;
+        text->reading->open = open_section(text, title);
     }
 }
 
@@ -235,8 +233,6 @@ static bool check_text(struct mill_deck_text *text, const char *bytes, size_t si
 
 static void read_file(struct mill_deck_text *text)
 {
-    /* byte order mark of UTF-8, written by Windows editors */
-    static const char mark[] = "\xef\xbb\xbf";
     const char *wrong;
     size_t size = 0;
     struct mill_deck_reading *r = text->reading;
@@ -255,8 +251,7 @@ static void read_file(struct mill_deck_text *text)
         next = line + length + 1;
         line[length] = '\0';
         line[strcspn(line, "\r")] = '\0';
-        if (++r->at.line == 1 && strncmp(line, mark, strlen(mark)) == 0)
-            line += strlen(mark);
+        line += ++r->at.line == 1 ? mill_textfile_mark(line) : 0;
         line += strspn(line, " \t");
         if (*line == '[')
             read_title(text, line);

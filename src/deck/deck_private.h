@@ -37,6 +37,7 @@ struct mill_deck_reading {
 
 /* ---- what a deck may contain (deck_table.c, deck_entries.c) ---- */
 
+#define MILL_DECK_BALL "ball_" /* prefix of kinds of contact */
 enum { MILL_DECK_MOST_BALLS = 50000000, MILL_DECK_MOST_BLADES = 10000 };
 
 /* A block: keys of one kind of section whose values are in one struct. A section may have several
@@ -179,11 +180,18 @@ struct mill_deck_section *mill_deck_named(const struct mill_deck_text *text, con
 struct mill_deck_section *mill_deck_next_balls(const struct mill_deck_text *text,
                                                const struct mill_deck_section *last);
 
+/* The section [TITLE.NAME], or NULL */
+struct mill_deck_section *mill_deck_find(const struct mill_deck_text *text, const char *title,
+                                         const char *name);
+
 /* The NAME in its title; of a section without a name: the title */
 const char *mill_deck_name(const struct mill_deck_section *section);
 
 /* May a section be called [TITLE.NAME]? */
 bool mill_deck_is_name(const char *name);
+
+/* Is `text` one of the words, which are `apart`? Upper and lower case are equal. */
+bool mill_deck_is_among(const char *words, char apart, const char *text);
 
 /* NULL: there is no such entry, or `section` is NULL. */
 struct mill_deck_entry *mill_deck_entry(const struct mill_deck_section *section, const char *key);
@@ -314,8 +322,7 @@ vec3 mill_deck_bodies_size(const struct mill_body *mesh);
 void mill_deck_laws_require(struct mill_deck *deck);
 void mill_deck_laws_list(struct mill_deck *deck);
 
-/* The kinds of balls with their numbers, and the start file; the mass of the powder, and its table
- */
+/* The kinds of balls with their numbers, and the start file; mass and table of the powder */
 void mill_deck_balls_list(struct mill_deck *deck);
 void mill_deck_balls_powder(struct mill_deck *deck);
 

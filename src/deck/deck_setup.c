@@ -1,11 +1,9 @@
 /* Builds a world from a deck: how many balls there are, where a mass or a filling is given; the
  * start file; the faults of the world in the deck's terms. */
 #include "deck/deck_private.h"
-#include "geometry/shapes.h"
 
 #include <assert.h>
 
-#define BULK_SOLID 0.6 /* solid part of balls at rest that lie at random, with their voids */
 /* Relative to a ball's diameter: gaps between bodies are known to 10 %. Those to a drum are known
  * better, and one that equals the diameter also pinches a ball. */
 #define NARROW 0.9
@@ -51,17 +49,6 @@ static void tell_no_room(const struct mill_deck *deck, const struct mill_deck_te
                         (long)deck->mill.all, fault->amount, counts);
 }
 
-/* Writes "; with this 'unit' the mesh measures 84 x 84 x 64 m ...": a mesh in the wrong unit is a
- * thousand times too large. */
-static void say_size(const struct mill_body *is, char text[128])
-{
-    const vec3 size = mill_deck_bodies_size(is);
-    if (is->facets > 0)
-        snprintf(text, 128,
-                 "; with this 'unit' the mesh measures %.3g x %.3g x %.3g m: check 'unit'", size.x,
-                 size.y, size.z);
-}
-
 /* Describes faults of bodies: they run into each other or leave the container, or a drum cannot
  * have periodic ends */
 static void tell_bodies(const struct mill_deck *deck, const struct mill_deck_text *text,
@@ -69,8 +56,13 @@ static void tell_bodies(const struct mill_deck *deck, const struct mill_deck_tex
 {
     char copy[32], other_copy[32], size[128] = "", by[32] = "";
     const char *section = find_section(deck, fault->other, copy);
-    if (fault->other >= 0)
-        say_size(deck->setup.surface[fault->other].body, size);
+    const struct mill_body *is = fault->other >= 0 ? deck->setup.surface[fault->other].body : NULL;
+    if (is && is->facets > 0) { /* a mesh in the wrong unit is a thousand times too large */
+        const vec3 m = mill_deck_bodies_size(is);
+        snprintf(size, sizeof size,
+                 "; with this 'unit' the mesh measures %.3g x %.3g x %.3g m: check 'unit'", m.x,
+                 m.y, m.z);
+    }
     if (fault->code == MILL_FAULT_OUTSIDE && fault->amount > 0.0)
         snprintf(by, sizeof by, " by %.2g mm", 1e3 * fault->amount);
     if (fault->code == MILL_FAULT_OUTSIDE)
@@ -92,7 +84,6 @@ static void tell_bodies(const struct mill_deck *deck, const struct mill_deck_tex
                         copy, 1e3 * fault->amount);
 }
 
-/* Describes a fault of a ball of the start file. */
 static void tell_ball(const struct mill_deck *deck, const struct mill_deck_rows *rows,
                       const struct mill_fault *fault)
 {
@@ -105,7 +96,7 @@ static void tell_ball(const struct mill_deck *deck, const struct mill_deck_rows 
     else if (fault->code == MILL_FAULT_BALL_IN_SHAPE)
         mill_deck_files_wrong(
             rows, at, "ball overlaps %s%s by %.4g m: move the ball", own ? "the body " : "",
-            own ? deck->mill.contacts.name[fault->kind] + strlen("ball_") : met[fault->kind],
+            own ? deck->mill.contacts.name[fault->kind] + strlen(MILL_DECK_BALL) : met[fault->kind],
             fault->amount);
     else if (fault->code == MILL_FAULT_BALL_IN_BALL)
         mill_deck_files_wrong(rows, at,
@@ -122,40 +113,30 @@ static void tell(const struct mill_deck *deck, const struct mill_deck_rows *rows
                  const struct mill_fault *fault)
 {
     const struct mill_deck_text *text = rows->text;
-    switch (fault->code) {
-    case MILL_FAULT_NONE:
-        break;
-    case MILL_FAULT_MEMORY:
+    const enum mill_fault_code code = fault->code;
+    if (code == MILL_FAULT_NONE)
+        return;
+    if (code == MILL_FAULT_MEMORY)
         mill_deck_failed(text, "out of memory for the mill and its balls");
-        break;
-    case MILL_FAULT_NUMBER:
-    case MILL_FAULT_CONTAINER:
+    else if (code == MILL_FAULT_NUMBER || code == MILL_FAULT_CONTAINER)
         mill_deck_failed(text, "a number of the deck is out of range");
-        break;
-    case MILL_FAULT_SPEED:
-    case MILL_FAULT_BALL_IN_SHAPE:
-    case MILL_FAULT_BALL_IN_BALL:
-    case MILL_FAULT_BALL_OUTSIDE:
+    else if (code == MILL_FAULT_SPEED || code == MILL_FAULT_BALL_IN_SHAPE ||
+             code == MILL_FAULT_BALL_IN_BALL || code == MILL_FAULT_BALL_OUTSIDE)
         tell_ball(deck, rows, fault);
-        break;
-    case MILL_FAULT_SHORT:
+    else if (code == MILL_FAULT_SHORT)
         mill_deck_wrong(text, "drum", "length",
                         "with periodic ends, must be at least three diameters of a ball, "
                         "%.6g m; got %g m",
                         3.0 * fault->amount, deck->setup.drum.length);
-        break;
-    case MILL_FAULT_TILT:
+    else if (code == MILL_FAULT_TILT)
         mill_deck_wrong(text, "gravity", "acceleration",
                         "must be 0 along x if the drum's ends are periodic, or the balls fall "
                         "without end; got %g m/s^2",
                         deck->setup.gravity.x);
-        break;
-    case MILL_FAULT_NO_ROOM:
+    else if (code == MILL_FAULT_NO_ROOM)
         tell_no_room(deck, text, fault);
-        break;
-    default:
+    else
         tell_bodies(deck, text, fault);
-    }
 }
 
 /* Warns of a place where a moving body comes nearer to another than a ball's diameter. unchecked:
@@ -167,11 +148,8 @@ static void warn_of(const struct mill_deck *deck, const struct mill_passing *pla
     for (int k = 0; k < deck->setup.species; k++)
         d = fmax(d, deck->mill.balls[k].diameter);
     const bool wall = place->kind[1] == MILL_BALL_WALL, drum = place->other < 0;
-    if (unchecked ? isinf(place->when)
-                  : !(place->gap < (wall   ? 1.0 + EQUAL
-                                    : drum ? 1.0 - EQUAL
-                                           : NARROW) *
-                                       d))
+    const double near = (wall ? 1.0 + EQUAL : drum ? 1.0 - EQUAL : NARROW) * d;
+    if (unchecked ? isinf(place->when) : !(place->gap < near))
         return;
     const char *section = find_section(deck, place->one, copy);
     const char *met = find_section(deck, place->other, other_copy);
@@ -193,21 +171,16 @@ static void warn_of(const struct mill_deck *deck, const struct mill_passing *pla
  * about the axis. The check of a whole mill also finds what is not told here. */
 static double beyond(const struct mill_body *drum, bool wavy, const struct mill_body *blade)
 {
-    const struct mill_pose lab = {.x = {1.0, 0.0, 0.0}, .y = {0.0, 1.0, 0.0}, .z = {0.0, 0.0, 1.0}};
     const struct mill_pose own = {.place = drum->centre, .x = drum->x, .y = drum->y, .z = drum->z};
-    const struct mill_pose in = mill_pose_relative(&lab, &own);
+    const struct mill_pose in = mill_pose_relative(&mill_pose_still, &own);
     struct mill_wall wall[MILL_WALLS];
-    struct mill_part *box;
-    int32_t count;
     double most = 0.0;
     const int walls = mill_prism_solid.walls(drum, wall);
-    if (!mill_part_list(&mill_box_solid, blade, &box, &count))
-        return NAN;
-    const struct mill_part part = mill_part_move(box, &in);
+    const struct mill_part box = mill_part_of(&mill_box_solid, blade),
+                           part = mill_part_move(&box, &in);
     for (int k = 0; k < walls; k++)
         if (wall[k].flat || !wavy)
             most = fmin(most, mill_part_to_wall(&part, &wall[k], SNUG * drum->radius).most);
-    free(box);
     return most;
 }
 
@@ -223,8 +196,6 @@ void mill_deck_setup_inside(struct mill_deck *deck)
         if (strcmp(section, told) == 0)
             continue;
         const double by = -beyond(&drum, deck->given.wavy, deck->setup.surface[k].body);
-        if (isnan(by))
-            mill_deck_failed(&deck->text, "out of memory");
         if (!(by > TOUCHING * drum.radius))
             continue;
         told = section;
@@ -235,34 +206,28 @@ void mill_deck_setup_inside(struct mill_deck *deck)
 
 /* ---- the balls ---- */
 
-/* [m^3] The container without what is in it at the start. The balls need not be known yet. */
-static bool find_free_volume(const struct mill_deck *deck, double *volume)
-{
-    const struct mill_deck_rows none = {.text = &deck->text};
-    const struct mill_fault fault = {.code = mill_start_free_volume_of(&deck->setup, volume)};
-    tell(deck, &none, &fault);
-    return fault.code == MILL_FAULT_NONE;
-}
-
 /* Converts what is given instead of the number of balls to that number. volume: [m^3] the free one;
  * < 0: not known yet */
 static bool count_balls(const struct mill_deck *deck, struct mill_deck_balls *balls, double *volume)
 {
     const double d = balls->diameter, one = MILL_PI / 6.0 * d * d * d;
     double given = (double)balls->count;
+    balls->given = "count";
     if (balls->fill > 0.0) {
         balls->given = "fill";
         given = balls->fill * mill_deck_checks_volume(deck) / one;
     } else if (balls->bulk_fill > 0.0) {
         balls->given = "bulk_fill";
-        if (*volume < 0.0 && !find_free_volume(deck, volume))
+        const struct mill_fault fault = {
+            .code =
+                *volume < 0.0 ? mill_start_free_volume_of(&deck->setup, volume) : MILL_FAULT_NONE};
+        tell(deck, &(struct mill_deck_rows){.text = &deck->text}, &fault);
+        if (fault.code != MILL_FAULT_NONE)
             return false;
-        given = BULK_SOLID * balls->bulk_fill * *volume / one;
+        given = MILL_START_PACKING * balls->bulk_fill * *volume / one;
     } else if (balls->mass > 0.0) {
         balls->given = "mass";
         given = balls->mass / balls->density / one;
-    } else {
-        balls->given = "count";
     }
     if (!(given >= 0.5 && given < MILL_DECK_MOST_BALLS + 0.5))
         return mill_deck_wrong(&deck->text, balls->section, balls->given,

@@ -2,8 +2,6 @@
  * is called here, or the most similar right name. */
 #include "deck/deck_private.h"
 
-#include <stdio.h>
-
 static char lower(char c)
 {
     return c >= 'A' && c <= 'Z' ? (char)(c - 'A' + 'a') : c;
@@ -149,16 +147,6 @@ const struct mill_deck_synonym mill_deck_suggest_synonyms[] = {
 };
 /* clang-format on */
 
-/* Is `text` one of the words? */
-static bool is_one_of(const char *words, const char *text)
-{
-    const size_t length = strlen(text);
-    const char *at = length > 0 ? strstr(words, text) : NULL;
-    while (at && ((at > words && at[-1] != ' ') || (at[length] && at[length] != ' ')))
-        at = strstr(at + 1, text);
-    return at != NULL;
-}
-
 /* The row for a wrong section (name: NULL) or key, or NULL */
 static const struct mill_deck_synonym *find_synonym(const char *title, const char *name)
 {
@@ -171,7 +159,7 @@ static const struct mill_deck_synonym *find_synonym(const char *title, const cha
         const bool section = name ? strcmp(s->of, "*") == 0 ||
                                         (strlen(s->of) == stem && !strncmp(s->of, title, stem))
                                   : !*s->of;
-        if (section && is_one_of(s->words, word))
+        if (section && mill_deck_is_among(s->words, ' ', word))
             return s;
     }
     return NULL;
@@ -203,7 +191,7 @@ static const char *tell_synonym(const struct mill_deck_synonym *s, const char *t
 const char *mill_deck_suggest_key(const char *title, const char *name, char *hint, size_t size)
 {
     const int stem_length = (int)strcspn(title, ".") + 1;
-    char stem[40], word[40];
+    char stem[40], bare[40], word[40];
     const char *meant = NULL;
     const struct mill_deck_synonym *synonym = find_synonym(title, name);
     int edits, best = MILL_DECK_MOST_EDITS;
@@ -212,14 +200,13 @@ const char *mill_deck_suggest_key(const char *title, const char *name, char *hin
     snprintf(stem, sizeof stem, "%.*s", stem_length, title);
     hint[0] = '\0';
     for (const struct mill_deck_block *b = mill_deck_table; b->title; b++) {
-        name_block(b, "", word);
-        if (!name && (edits = mill_deck_suggest_edits(word, stem)) < best) {
+        name_block(b, "", bare);
+        name_block(b, "NAME", word);
+        if (!name && (edits = mill_deck_suggest_edits(bare, stem)) < best) {
             best = edits;
             meant = b->named ? NULL : b->title;
-            name_block(b, "NAME", word);
             snprintf(hint, size, "; did you mean [%s]?", word);
         }
-        name_block(b, "NAME", word);
         for (const struct mill_key *key = mill_deck_table_keys(b); name && key->name; key++) {
             if (!mill_deck_table_belongs(b, title)) {
                 if (!hint[0] && strcmp(key->name, name) == 0)

@@ -21,48 +21,22 @@ enum {
 
 /* ---- keys that have no meaning in some decks ---- */
 
-static bool sample_found(const void *deck)
-{
-    return ((const struct mill_deck *)deck)->observe.sample_found;
-}
-
-static bool is_circle(const void *deck)
-{
-    return !((const struct mill_deck *)deck)->given.wavy;
-}
-
-static bool no_drum(const void *deck)
-{
-    return !((const struct mill_deck *)deck)->mill.drum;
-}
-
-/* True if the balls do not start at random, or the container does not move */
-static bool starts_alike(const void *deck)
-{
-    const struct mill_deck *d = deck;
-    return d->given.start || !d->mill.carried;
-}
-
-static bool is_hard(const void *deck)
-{
-    return !((const struct mill_deck *)deck)->setup.soft.on;
-}
-
-static bool is_inside(const void *body)
-{
-    return ((const struct mill_deck_body *)body)->is.inside != 0;
-}
-
-static bool is_single(const void *body)
-{
-    return ((const struct mill_deck_body *)body)->copies < 2;
-}
+#define HIDDEN(NAME, TYPE, CONDITION)                                                              \
+    static bool NAME(const void *values)                                                           \
+    {                                                                                              \
+        const struct TYPE *is = values;                                                            \
+        return CONDITION;                                                                          \
+    }
+HIDDEN(sample_found, mill_deck, is->observe.sample_found)
+HIDDEN(is_circle, mill_deck, !is->given.wavy)
+HIDDEN(no_drum, mill_deck, !is->mill.drum)
+/* The balls do not start at random, or the container does not move. */
+HIDDEN(starts_alike, mill_deck, is->given.start || !is->mill.carried)
+HIDDEN(is_hard, mill_deck, !is->setup.soft.on)
+HIDDEN(is_single, mill_deck_body, is->copies < 2)
 
 /* ---- the keys; a row has two lines at most ---- */
 
-/* In a mill of ten kilometres the resolution of a place is 2e-12 m. In a larger mill, overlaps
- * could exceed a nanometre. */
-#define SIZE_OF_MILL .lo = MILL_SOLID_LEAST, .hi = 1e4
 #define ANY MILL_KEY_ANY
 #define TEXT .type = MILL_KEY_NAME, .derived = true
 #define POSITIVE MILL_KEY_POSITIVE
@@ -120,7 +94,6 @@ static const struct mill_key output_key[] = {
     {.name = NULL},
 };
 
-#define DIAMETER(of) .lo = 2.0 * MILL_SOLID_LEAST, .hi = 2e4, .instead = (of), .factor = 0.5
 #define SHARE .lo = 0, .above = true, .hi = 1
 static const struct mill_key ball_key[] = {
     {"count", "number of balls", .type = MILL_KEY_WHOLE, .lo = 1, .hi = MILL_DECK_MOST_BALLS,
@@ -156,9 +129,9 @@ static const struct mill_key start_key[] = {
     .hidden = is_circle,                                                                           \
     .needs = "belongs to the wavy profile: add 'profile = wavy', or leave it out"
 static const struct mill_key drum_key[] = {
-    {"radius", "inner radius of the drum", .unit = "m", SIZE_OF_MILL, DECK(setup.drum.radius)},
-    {"diameter", "inner diameter of the drum", .unit = "m", DIAMETER("radius"), DECK(setup.drum.radius)},
-    {"length", "inner length of the drum", .unit = "m", SIZE_OF_MILL, DECK(setup.drum.length)},
+    {"radius", "inner radius of the drum", MILL_SOLID_SIZE, DECK(setup.drum.radius)},
+    {"diameter", "inner diameter of the drum", MILL_SOLID_WIDTH, .instead = "radius", DECK(setup.drum.radius)},
+    {"length", "inner length of the drum", MILL_SOLID_SIZE, DECK(setup.drum.length)},
     {"ends", "end walls, or periodic: a slice of a long mill, which balls leave at one end and enter at "
      "the other", .type = MILL_KEY_CHOICE, .preset = "walls", DECK(setup.drum.periodic),
      .words = "walls|periodic"},
@@ -211,9 +184,9 @@ static const struct mill_key blade_key[] = {
 };
 
 static const struct mill_key blade_form_key[] = {
-    {"tip_radius", "reach of a blade from the axis", .unit = "m", SIZE_OF_MILL, BLADE(tip_radius)},
-    {"width", "width of a blade along the axis, before pitching", .unit = "m", SIZE_OF_MILL, BLADE(width)},
-    {"thickness", "thickness of a blade around the axis, before pitching", .unit = "m", SIZE_OF_MILL,
+    {"tip_radius", "reach of a blade from the axis", MILL_SOLID_SIZE, BLADE(tip_radius)},
+    {"width", "width of a blade along the axis, before pitching", MILL_SOLID_SIZE, BLADE(width)},
+    {"thickness", "thickness of a blade around the axis, before pitching", MILL_SOLID_SIZE,
      BLADE(thickness)},
     {"pitch", "turn of a blade about its radial mid-line", .unit = "rad", ANY, .preset = "0 deg", BLADE(pitch)},
     {.name = NULL},
@@ -309,7 +282,7 @@ static const struct mill_key mesh_key[] = {
 
 static const struct mill_key copies_key[] = {
     {"copies", "number of equal bodies in all", .type = MILL_KEY_WHOLE, .lo = 1, .hi = MILL_DECK_MOST_BLADES,
-     .preset = "1", BODY(copies), .hidden = is_inside,
+     .preset = "1", BODY(copies), .hidden = mill_solid_is_inside,
      .needs = "a mill has one container: leave it out"},
     {"turn_by", "angle by which each copy is turned from the one before it", .unit = "rad", ANY,
      .preset = "0 deg", BODY(turn_by), .hidden = is_single},

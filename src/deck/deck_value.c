@@ -7,7 +7,6 @@
 
 #include <assert.h>
 #include <ctype.h>
-#include <errno.h>
 
 #define SHORTEST 1e-9 /* length of a direction; a shorter one is zero */
 
@@ -234,7 +233,6 @@ static double at_bound(double value, double bound)
     return fabs(value - bound) <= 1e-15 * fabs(bound) ? bound : value;
 }
 
-/* Reads `count` numbers and the unit after them. */
 static bool read_numbers(struct mill_units **units, const struct mill_key *key, const char *text,
                          int count, double *out, struct mill_error *why)
 {
@@ -289,12 +287,10 @@ static bool read_word(const struct mill_key *key, const char *text, void *out,
 {
     const char *word;
     int length, n = 0;
-    if (!*text)
-        return refuse(key, false, text, "", why);
     while ((word = mill_deck_value_word(key, n, &length)) &&
            (strlen(text) != (size_t)length || strncmp(text, word, (size_t)length) != 0))
         n++;
-    if (key->type == MILL_KEY_CHOICE && !word)
+    if (!*text || (key->type == MILL_KEY_CHOICE && !word))
         return refuse(key, false, text, "", why);
     if (key->type == MILL_KEY_CHOICE)
         *(int *)out = n;
@@ -353,7 +349,6 @@ void mill_deck_value_print(const struct mill_key *key, const void *form, char *o
         snprintf(out, size, "%s", key->words ? key->words : "");
 }
 
-/* Prints the line for one parsed override */
 static bool tell(const struct mill_deck_text *text, FILE *out)
 {
     static const char *const type[] = {"number", "vector", "whole",

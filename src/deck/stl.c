@@ -26,20 +26,21 @@ enum {
 
 struct reading {
     const char *path;
-    const unsigned char *bytes; /* [size], and a zero after them */
+    const char *bytes; /* [size], and a zero after them */
     size_t size;
     double unit;
     struct mill_error *error;
+    enum mill_status status;
+    const char *at, *end; /* of a text: the beginning, then after the last word; the end */
     /* state of reading an ASCII file: */
-    const char *at, *end; /* after the last word; the end of the file */
-    const char *word;     /* the last word and its length; length 0: the file has ended */
+    const char *word; /* the last word and its length; length 0: the file has ended */
     size_t length;
     long line;
     struct mill_memory_list facet; /* the result: vec3[3] */
 };
 
-static __attribute__((format(printf, 2, 3))) enum mill_status fault(const struct reading *in,
-                                                                    const char *format, ...)
+/* Notes what is wrong with the file. Returns false. */
+static __attribute__((format(printf, 2, 3))) bool fault(struct reading *in, const char *format, ...)
 {
     char what[400], line[32] = "";
     const size_t length = strlen(in->path), shown = 400;
@@ -50,32 +51,34 @@ static __attribute__((format(printf, 2, 3))) enum mill_status fault(const struct
     va_end(list);
     if (in->line > 0)
         snprintf(line, sizeof line, ":%ld", in->line);
-    return mill_error_set(in->error, MILL_BAD_DECK, "%s%s: %s", path, line, what);
+    in->status = mill_error_set(in->error, MILL_BAD_DECK, "%s%s: %s", path, line, what);
+    return false;
 }
 
-/* One more facet; NULL: *status says why there is none. */
-static vec3 *next_facet(struct reading *in, enum mill_status *status)
+/* One more facet; NULL: the status says why there is none. */
+static vec3 *next_facet(struct reading *in)
 {
     const bool many = in->facet.count == MILL_STL_MOST;
     vec3 *corner = many ? NULL : mill_memory_add(&in->facet);
     if (many)
-        *status = fault(in, "more than %d facets: simplify the mesh", MILL_STL_MOST);
+        fault(in, "more than %d facets: simplify the mesh", MILL_STL_MOST);
     else if (!corner)
-        *status = mill_error_set(in->error, MILL_FAILED, "out of memory for the facets of '%s'",
-                                 in->path);
+        in->status = mill_error_set(in->error, MILL_FAILED, "out of memory for the facets of '%s'",
+                                    in->path);
     return corner;
 }
 
 /* ---- binary ---- */
 
-static uint32_t word_at(const unsigned char *p)
+static uint32_t word_at(const char *at)
 {
+    const unsigned char *p = (const unsigned char *)at;
     return (uint32_t)p[0] | (uint32_t)p[1] << 8 | (uint32_t)p[2] << 16 | (uint32_t)p[3] << 24;
 }
 
-static double number_at(const unsigned char *p)
+static double number_at(const char *at)
 {
-    const uint32_t bits = word_at(p);
+    const uint32_t bits = word_at(at);
     float x;
     memcpy(&x, &bits, sizeof x);
     return (double)x;
@@ -86,24 +89,21 @@ static bool is_binary(const struct reading *in)
     return in->size >= HEAD && in->size == HEAD + EACH * (size_t)word_at(in->bytes + HEAD - 4);
 }
 
-static enum mill_status read_binary(struct reading *in)
+static void read_binary(struct reading *in)
 {
     const size_t facets = (in->size - HEAD) / EACH;
-    enum mill_status status = MILL_OK;
-    for (size_t k = 0; k < facets && status == MILL_OK; k++) {
-        const unsigned char *p = in->bytes + HEAD + EACH * k + 12;
-        vec3 *corner = next_facet(in, &status);
+    for (size_t k = 0; k < facets && in->status == MILL_OK; k++) {
+        const char *p = in->bytes + HEAD + EACH * k + 12;
+        vec3 *corner = next_facet(in);
         for (int i = 0; corner && i < 3; i++) {
             const vec3 at = {number_at(p + 12 * i), number_at(p + 12 * i + 4),
                              number_at(p + 12 * i + 8)};
             if (!isfinite(at.x + at.y + at.z))
-                status =
-                    fault(in, "facet %zu has a corner that is not a number: export the file again",
-                          k + 1);
+                fault(in, "facet %zu has a corner that is not a number: export the file again",
+                      k + 1);
             corner[i] = vec3_scale(at, in->unit);
         }
     }
-    return status;
 }
 
 /* ---- ASCII ---- */
@@ -126,7 +126,7 @@ static bool is_word(const struct reading *in, const char *word)
     return k == in->length && !word[k];
 }
 
-static enum mill_status expected(const struct reading *in, const char *what)
+static bool expected(struct reading *in, const char *what)
 {
     if (in->length == 0)
         return fault(in, "the file ends where %s is expected: it is incomplete; export it again",
@@ -148,14 +148,13 @@ static bool take_number(const struct reading *in, double *value)
 }
 
 /* Reads from after "facet" to "endfacet" */
-static enum mill_status read_facet(struct reading *in)
+static bool read_facet(struct reading *in)
 {
     /* "#": a number; "*": a number of the normal, for which some programs write "nan" */
     static const char *const form[] = {"normal", "*", "*", "*",      "outer",   "loop",    "vertex",
                                        "#",      "#", "#", "vertex", "#",       "#",       "#",
                                        "vertex", "#", "#", "#",      "endloop", "endfacet"};
-    enum mill_status status = MILL_OK;
-    vec3 *corner = next_facet(in, &status);
+    vec3 *corner = next_facet(in);
     double value[9];
     int n = 0;
     for (size_t k = 0; corner && k < sizeof form / sizeof *form; k++) {
@@ -169,34 +168,24 @@ static enum mill_status read_facet(struct reading *in)
     for (int i = 0; corner && i < 3; i++)
         corner[i] =
             vec3_scale(vec3_make(value[3 * i], value[3 * i + 1], value[3 * i + 2]), in->unit);
-    return status;
-}
-
-/* [B] length of the byte order mark of UTF-8 at the start of a text */
-static size_t mark_of(const struct reading *in)
-{
-    return in->size >= 3 && memcmp(in->bytes, "\xef\xbb\xbf", 3) == 0 ? 3 : 0;
+    return corner != NULL;
 }
 
 /* Several solids in a file are one surface. */
-static enum mill_status read_ascii(struct reading *in)
+static void read_ascii(struct reading *in)
 {
-    enum mill_status status = MILL_OK;
-    bool within = false;
-    in->at = (const char *)in->bytes + mark_of(in);
-    in->end = (const char *)in->bytes + in->size;
+    bool within = false, good = true;
     in->line = 1;
-    for (next_word(in); status == MILL_OK && (in->length > 0 || within); next_word(in)) {
+    for (next_word(in); good && (in->length > 0 || within); next_word(in)) {
         if (within && is_word(in, "facet")) {
-            status = read_facet(in);
+            good = read_facet(in);
         } else if (is_word(in, within ? "endsolid" : "solid")) {
             within = !within;
             in->at += strcspn(in->at, "\r\n"); /* what follows may be a name */
         } else {
-            status = expected(in, within ? "'facet' or 'endsolid'" : "'solid'");
+            good = expected(in, within ? "'facet' or 'endsolid'" : "'solid'");
         }
     }
-    return status;
 }
 
 /* ---- both ---- */
@@ -204,10 +193,10 @@ static enum mill_status read_ascii(struct reading *in)
 /* A text contains no zero byte. */
 static bool is_text(const struct reading *in)
 {
-    size_t first = mark_of(in);
-    while (first < in->size && isspace(in->bytes[first]))
+    const char *first = in->at;
+    while (first < in->end && isspace((unsigned char)*first))
         first++;
-    return in->size - first >= 5 && memchr("sS", in->bytes[first], 2) &&
+    return in->end - first >= 5 && memchr("sS", *first, 2) &&
            !memchr(in->bytes, 0, in->size < 1000 ? in->size : 1000);
 }
 
@@ -220,9 +209,8 @@ static const struct {
 /* The format that a file seems to have, if it is another one; comments come first in some. */
 static const char *other_format(const struct reading *in)
 {
-    const char *at = (const char *)in->bytes + mark_of(in),
-               *end = (const char *)in->bytes + in->size;
-    while (at < end && (*at == '#' || isspace((unsigned char)*at)))
+    const char *at = in->at;
+    while (at < in->end && (*at == '#' || isspace((unsigned char)*at)))
         at = *at == '#' ? at + strcspn(at, "\r\n") : at + 1;
     for (size_t k = 0; k < sizeof others / sizeof *others; k++)
         if (strncmp(at, others[k].begin, strlen(others[k].begin)) == 0)
@@ -230,30 +218,29 @@ static const char *other_format(const struct reading *in)
     return NULL;
 }
 
-static enum mill_status read_bytes(struct reading *in)
+static void read_bytes(struct reading *in)
 {
-    enum mill_status status;
-    const char *other = is_binary(in) ? NULL : other_format(in);
+    const bool binary = is_binary(in);
+    const char *other = binary ? NULL : other_format(in);
     if (other)
-        return fault(in, "seems to be %s file, not STL: 'mill mesh %.200s -o OUT.stl' converts it",
-                     other, in->path);
-    if (is_binary(in))
-        status = read_binary(in);
+        fault(in, "seems to be %s file, not STL: 'mill mesh %.200s -o OUT.stl' converts it", other,
+              in->path);
+    else if (binary)
+        read_binary(in);
     else if (is_text(in))
-        status = read_ascii(in);
+        read_ascii(in);
     else if (in->size < HEAD)
-        return fault(in, "is not an STL file: it has %zu bytes, and does not begin with 'solid'",
-                     in->size);
+        fault(in, "is not an STL file: it has %zu bytes, and does not begin with 'solid'",
+              in->size);
     else
-        return fault(in,
-                     "is not a complete STL file: the %lu facets in its bytes 81 to 84 need %llu "
-                     "bytes, but it has %zu; export it again",
-                     (unsigned long)word_at(in->bytes + HEAD - 4),
-                     HEAD + EACH * (unsigned long long)word_at(in->bytes + HEAD - 4), in->size);
+        fault(in,
+              "is not a complete STL file: the %lu facets in its bytes 81 to 84 need %llu "
+              "bytes, but it has %zu; export it again",
+              (unsigned long)word_at(in->bytes + HEAD - 4),
+              HEAD + EACH * (unsigned long long)word_at(in->bytes + HEAD - 4), in->size);
     in->line = 0;
-    if (status == MILL_OK && in->facet.count == 0)
-        return fault(in, "has no facets");
-    return status;
+    if (in->status == MILL_OK && in->facet.count == 0)
+        fault(in, "has no facets");
 }
 
 enum mill_status mill_stl_read(const char *path, double unit, vec3 (**facet)[3], size_t *facets,
@@ -264,21 +251,21 @@ enum mill_status mill_stl_read(const char *path, double unit, vec3 (**facet)[3],
     struct reading in = {
         .path = path, .unit = unit, .error = error, .facet = {.size = sizeof **facet}};
     char *bytes = mill_textfile_read(path, LARGEST, &in.size, &wrong);
-    *facet = NULL;
-    *facets = 0;
-    if (!bytes && wrong)
-        return fault(&in, "%s", wrong);
-    if (!bytes)
-        return fault(&in, "cannot be read: %s", strerror(errno));
-    bytes[in.size] = '\0';
-    in.bytes = (const unsigned char *)bytes;
-    const enum mill_status status = read_bytes(&in);
-    free(bytes);
-    if (status == MILL_OK) {
-        *facet = in.facet.item;
-        *facets = in.facet.count;
+    if (bytes) {
+        bytes[in.size] = '\0';
+        in.bytes = bytes;
+        in.at = bytes + mill_textfile_mark(bytes);
+        in.end = bytes + in.size;
+        read_bytes(&in);
     } else {
-        free(in.facet.item);
+        fault(&in, wrong ? "%s" : "cannot be read: %s", wrong ? wrong : strerror(errno));
     }
-    return status;
+    free(bytes);
+    if (in.status != MILL_OK) {
+        free(in.facet.item);
+        in.facet = (struct mill_memory_list){.item = NULL};
+    }
+    *facet = in.facet.item;
+    *facets = in.facet.count;
+    return in.status;
 }

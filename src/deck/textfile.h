@@ -13,6 +13,12 @@ FILE *mill_textfile_open(const char *path, const char **wrong);
  * mill_textfile_open. Owner: the caller. */
 char *mill_textfile_read(const char *path, size_t most, size_t *size, const char **wrong);
 
+/* [B] length of the byte order mark of UTF-8 with which Windows editors begin a text */
+static inline size_t mill_textfile_mark(const char *text)
+{
+    return text[0] == '\xef' && text[1] == '\xbb' && text[2] == '\xbf' ? 3 : 0;
+}
+
 /* getc() that continues after a signal */
 static inline int mill_textfile_next(FILE *file)
 {

@@ -97,7 +97,6 @@ static bool digits_are_exponents(const char *unit)
     return true;
 }
 
-/* Does `unit` equal `factor` times `base`? */
 static bool is_multiple(const ut_unit *unit, double factor, const ut_unit *base)
 {
     ut_unit *multiple = ut_scale(factor, base);

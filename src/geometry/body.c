@@ -1,8 +1,6 @@
 /* Bodies: their places, their movement, and the cells that they reach. */
 #include "geometry/body.h"
 
-#include "base/elementary.h"
-
 #include <assert.h>
 
 /* Fraction of the size of the mill; larger than rounding errors of a place. */
@@ -168,8 +166,9 @@ struct mill_sector mill_body_sector(const struct mill_shape *shape, vec3 lo, vec
     if (!b->rings || vec3_norm(b->towards) == 0.0 || !(rho - half > across))
         return any;
     const vec3 e = b->towards;
+    const double s = half / rho, t = across / (rho - half); /* the sines of both angles */
     return (struct mill_sector){vec3_dot(e, out) / rho, vec3_dot(b->axis, vec3_cross(e, out)) / rho,
-                                mill_sector_cos(half / rho, across / (rho - half)) - 1e-9};
+                                sqrt((1.0 - s * s) * (1.0 - t * t)) - s * t - 1e-9};
 }
 
 void mill_body_clip(const struct mill_bodied *b, vec3 *lo, vec3 *hi)

@@ -103,23 +103,15 @@ static double volume(const struct mill_body *is)
 
 static void outline(const struct mill_body *is, int wall, double tolerance, struct mill_mesh *mesh)
 {
-    const vec3 half = vec3_scale(is->size, 0.5);
-    const int other = is->inside ? 1 : 0; /* mirrored, to be seen from inside */
-    vec3 corner[8];
     (void)tolerance;
-    for (int i = 0; i < 8; i++) {
-        const int k = i ^ other;
-        corner[i] = mill_body_out(is, vec3_make(k & 1 ? half.x : -half.x, k & 2 ? half.y : -half.y,
-                                                k & 4 ? half.z : -half.z));
-    }
     if (wall <= 0)
-        mill_mesh_box(mesh, corner);
+        mill_mesh_box(mesh, is);
 }
 
 static const struct mill_key key[] = {
     {"size", "lengths along its own x, y and z", .type = MILL_KEY_VECTOR, MILL_SOLID_SIZE,
      MILL_SOLID_AT(size)},
-    MILL_SOLID_ROUNDING,
+    {MILL_SOLID_ROUNDING},
     {.name = NULL},
 };
 

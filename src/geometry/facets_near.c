@@ -15,21 +15,6 @@ vec3 mill_facets_outwards(const struct mill_facets *m, const struct mill_facets_
     return across < 0 ? m->at_corner[-across] : vec3_add(s->normal, m->side[across].normal);
 }
 
-static void look_closer(const struct mill_facets *m, const struct mill_facets_node *leaf,
-                        vec3 place, struct mill_facets_near *near, double *least)
-{
-    const int32_t first = leaf->leaf >> 3, count = leaf->leaf & 7;
-    for (int32_t k = first; k < first + count; k++) {
-        int part;
-        const vec3 way = mill_facets_look(&m->flat[k], place, &part);
-        const double square = vec3_dot(way, way);
-        if (square < *least) {
-            *least = square;
-            *near = (struct mill_facets_near){.facet = k, .part = part, .way = way};
-        }
-    }
-}
-
 /* Square of the distance of a place from the boxes of a node [m^2] */
 static float away(const struct mill_facets_tree *tree, int32_t at, vec3 place, const float p[3])
 {
@@ -73,7 +58,16 @@ bool mill_facets_nearest(const struct mill_facets *m, vec3 place, double within,
             waits[waiting++].square = turned ? first : second;
             at = turned ? other : one;
         }
-        look_closer(m, &node[at], place, near, &least);
+        const int32_t begin = node[at].leaf >> 3, end = begin + (node[at].leaf & 7);
+        for (int32_t k = begin; k < end; k++) {
+            int part;
+            const vec3 way = mill_facets_look(&m->flat[k], place, &part);
+            const double square = vec3_dot(way, way);
+            if (square < least) {
+                least = square;
+                *near = (struct mill_facets_near){.facet = k, .part = part, .way = way};
+            }
+        }
     }
     if (near->facet < 0)
         return false;

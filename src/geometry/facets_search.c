@@ -45,7 +45,6 @@ struct search {
     struct due list[LISTED];
 };
 
-/* Computes the state of the ball at time t. */
 static void see(struct search *s, double t)
 {
     const struct mill_convex *c = &s->m->body.convex;

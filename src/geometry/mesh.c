@@ -23,7 +23,6 @@ static void *more(void *array, size_t count, size_t size)
     return full ? realloc(array, (count > 0 ? 2 * count : 1) * size) : array;
 }
 
-/* Adds a point and returns its number */
 static int64_t add_point(struct mill_mesh *mesh, vec3 point)
 {
     vec3 *grown = more(mesh->point, mesh->points, sizeof *grown);
@@ -229,13 +228,20 @@ void mill_mesh_turned(struct mill_mesh *mesh, const struct mill_body *is, const 
 
 /* ---- boxes ---- */
 
-void mill_mesh_box(struct mill_mesh *mesh, const vec3 corner_of[8])
+/* Corner i has the greater coordinate along the first, second, third axis if bit 0, 1, 2 of i is
+ * set. A container is mirrored, to be seen from inside. */
+void mill_mesh_box(struct mill_mesh *mesh, const struct mill_body *is)
 {
     static const int face[6][4] = {{0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4},
                                    {2, 6, 7, 3}, {0, 2, 3, 1}, {4, 5, 7, 6}};
     const int64_t first = (int64_t)mesh->points;
-    for (int i = 0; i < 8; i++)
-        add_point(mesh, corner_of[i]);
+    const vec3 half = vec3_scale(is->size, 0.5);
+    for (int i = 0; i < 8; i++) {
+        const int k = i ^ (is->inside != 0);
+        add_point(mesh,
+                  mill_body_out(is, vec3_make(k & 1 ? half.x : -half.x, k & 2 ? half.y : -half.y,
+                                              k & 4 ? half.z : -half.z)));
+    }
     for (int i = 0; i < 6; i++)
         quad(mesh, false, first + face[i][0], first + face[i][1], first + face[i][2],
              first + face[i][3]);

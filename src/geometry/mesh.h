@@ -38,8 +38,7 @@ void mill_mesh_turned(struct mill_mesh *mesh, const struct mill_body *body, cons
 /* Adds a triangle with its own points, counter-clockwise as seen */
 void mill_mesh_triangle(struct mill_mesh *mesh, vec3 a, vec3 b, vec3 c);
 
-/* Adds a box seen from outside. Corner i has the greater coordinate along the first, second, third
- * axis (right-handed) if bit 0, 1, 2 of i is set. */
-void mill_mesh_box(struct mill_mesh *mesh, const vec3 corner[8]);
+/* Adds a box with sharp edges, seen from the side of the balls */
+void mill_mesh_box(struct mill_mesh *mesh, const struct mill_body *box);
 
 #endif

@@ -2,7 +2,6 @@
 #include "millsim/motion.h"
 
 #include <assert.h>
-#include <stdbool.h>
 
 /* Relative tolerance for equal periods and for whole multiples of periods */
 #define ALIKE 1e-9

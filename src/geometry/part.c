@@ -7,7 +7,6 @@
  * between two directions, or three, e is at most the same combination of their values. The search
  * divides the circle or sphere of directions until this bound is close enough to the greatest e
  * found. */
-#include "base/elementary.h"
 #include "geometry/mesh.h"
 
 #include <stdlib.h>
@@ -23,7 +22,7 @@ enum { DEEPEST = 40 };
 
 /* ---- making parts ---- */
 
-static struct mill_part part_of(const struct mill_solid *solid, const struct mill_body *is)
+struct mill_part mill_part_of(const struct mill_solid *solid, const struct mill_body *is)
 {
     struct mill_part p = {.support = solid->support, .x = is->x, .y = is->y, .z = is->z};
     p.core = solid->core(is);
@@ -75,7 +74,7 @@ bool mill_part_list(const struct mill_solid *solid, const struct mill_body *is,
                 mill_part_facet(mesh.point[c[0]], mesh.point[c[1]], mesh.point[c[2]], flat);
         }
     } else if ((*part = malloc(sizeof **part))) {
-        **part = part_of(solid, is);
+        **part = mill_part_of(solid, is);
     }
     const bool good = *part && !mesh.failed;
     mill_mesh_free(&mesh);
@@ -188,10 +187,12 @@ struct mill_part_gap mill_part_to_wall(const struct mill_part *p, const struct m
                        .bound = -INFINITY,
                        .share = isinf(w->half) ? CLOSE_ENOUGH : CLOSE_AT_ENDS,
                        .slack = TOUCHING * near};
+    static const vec3 way[6] = {{1, 0, 0},  {0, 1, 0}, {-1, 0, 0},
+                                {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
     struct look at[6];
     if (w->flat) {
-        const vec3 way = vec3_scale(w->normal, -1.0);
-        const double gap = -vec3_dot(w->normal, w->point) - mill_part_extent(p, way);
+        const double gap =
+            -vec3_dot(w->normal, w->point) - mill_part_extent(p, vec3_scale(w->normal, -1.0));
         return (struct mill_part_gap){gap, gap, 1};
     }
     const bool ends = !isinf(w->half);
@@ -199,9 +200,7 @@ struct mill_part_gap mill_part_to_wall(const struct mill_part *p, const struct m
     if (w->slope != 0.0)
         s.lift = mill_part_extent(&s.part, vec3_make(0.0, 0.0, w->slope));
     for (int k = 0; k < (ends ? 6 : 4); k++)
-        at[k] = look(&s, vec3_make(k == 0 ? 1.0 : (k == 2 ? -1.0 : 0.0),
-                                   k == 1 ? 1.0 : (k == 3 ? -1.0 : 0.0),
-                                   k == 4 ? 1.0 : (k == 5 ? -1.0 : 0.0)));
+        at[k] = look(&s, way[k]);
     for (int k = 0; k < 4; k++) {
         for (int end = 4; ends && end < 6; end++)
             divide_triangle(&s, at[k], at[(k + 1) % 4], at[end], 0);

@@ -3,7 +3,6 @@
  * walls, where no ball touches them. The centres of touching balls are at R - a in a drum and at
  * R + a at a shaft. A prism with a circle turns about its axis or does not move at all; elsewhere a
  * cylinder stands for it. wavy.c has the buckles. */
-#include "base/elementary.h"
 #include "geometry/mesh.h"
 #include "geometry/shapes.h"
 
@@ -95,15 +94,10 @@ static bool is_sound(const struct mill_body *is)
 /* Its buckles are left out: nothing that moves relative to it may enter them. */
 static int walls(const struct mill_body *is, struct mill_wall wall[MILL_WALLS])
 {
-    const double half = 0.5 * is->length;
-    wall[0] = (struct mill_wall){.radius = is->radius - is->buckle_height,
-                                 .half = INFINITY,
-                                 .own = is->buckles > 0 ? &mill_wavy_type : &surface};
-    for (int k = 1; k < 3; k++)
-        wall[k] = (struct mill_wall){.flat = true,
-                                     .point = {0.0, 0.0, k == 1 ? -half : half},
-                                     .normal = {0.0, 0.0, k == 1 ? 1.0 : -1.0}};
-    return is->open ? 1 : 3;
+    const int walls = mill_round_cylinder_solid.walls(is, wall);
+    wall[0].radius -= is->buckle_height;
+    wall[0].own = is->buckles > 0 ? &mill_wavy_type : &surface;
+    return is->open ? 1 : walls;
 }
 
 static struct mill_hull hull(const struct mill_body *is)

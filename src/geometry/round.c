@@ -61,8 +61,13 @@ MILL_CONVEX_INLINE struct mill_view view(const struct mill_convex *convex, vec3 
 
 /* ---- the core ---- */
 
+static struct mill_core core_straight(const struct mill_body *is, double length)
+{
+    return (struct mill_core){.grown = is->radius, .half.z = 0.5 * length};
+}
+
 /* A frustum, shrunk by the rounding, which may then end in a tip */
-static struct mill_core core_of(const struct mill_body *is, double end)
+static struct mill_core core_tapered(const struct mill_body *is, double end)
 {
     const double half = 0.5 * is->length, slope = (end - is->radius) / is->length;
     const double middle = 0.5 * (is->radius + end) - is->rounding * sqrt(1.0 + slope * slope);
@@ -78,26 +83,6 @@ static struct mill_core core_of(const struct mill_body *is, double end)
                               .half.z = 0.5 * (to - from),
                               .low = fmax(middle + slope * from, 0.0),
                               .high = fmax(middle + slope * to, 0.0)};
-}
-
-static struct mill_core core_sphere(const struct mill_body *is)
-{
-    return (struct mill_core){.grown = is->radius};
-}
-
-static struct mill_core core_capsule(const struct mill_body *is)
-{
-    return (struct mill_core){.grown = is->radius, .half.z = 0.5 * is->length};
-}
-
-static struct mill_core core_cone(const struct mill_body *is)
-{
-    return core_of(is, is->end_radius);
-}
-
-static struct mill_core core_cylinder(const struct mill_body *is)
-{
-    return core_of(is, is->radius);
 }
 
 /* The farthest point of either rim, in the half plane of the axis and the direction */
@@ -122,65 +107,38 @@ static bool create(struct mill_shape *shape)
     return true;
 }
 
-/* ---- the kinds ---- */
+/* ---- the kinds: a sphere is a capsule of length 0, a cylinder a cone with equal ends ---- */
 
-static bool is_sphere(const struct mill_body *is)
+static bool is_straight(const struct mill_body *is, double length)
 {
-    return mill_solid_is_length(is->radius, false);
+    return mill_solid_is_length(is->radius, false) && mill_solid_is_length(length, true);
 }
 
-static bool is_capsule(const struct mill_body *is)
+/* Also checks that something is left of it after it is shrunk by the rounding. */
+static bool is_tapered(const struct mill_body *is, double end)
 {
-    return is_sphere(is) && mill_solid_is_length(is->length, true);
+    return mill_solid_is_length(is->radius, true) && mill_solid_is_length(end, true) &&
+           is->radius + end > 0.0 && mill_solid_is_length(is->length, false) &&
+           core_tapered(is, end).half.z >= 0.0;
 }
 
-/* Also checks that something is left of the cone after it is shrunk by the rounding. */
-static bool is_cone(const struct mill_body *is)
+static struct mill_hull hull_straight(const struct mill_body *is, double length)
 {
-    return mill_solid_is_length(is->radius, true) && mill_solid_is_length(is->end_radius, true) &&
-           is->radius + is->end_radius > 0.0 && mill_solid_is_length(is->length, false) &&
-           core_cone(is).half.z >= 0.0;
+    return (struct mill_hull){0.5 * length, is->radius, 0};
 }
 
-static bool is_cylinder(const struct mill_body *is)
+static struct mill_hull hull_tapered(const struct mill_body *is, double end)
 {
-    return is_sphere(is) && mill_solid_is_length(is->length, false) &&
-           core_cylinder(is).half.z >= 0.0;
+    return (struct mill_hull){0.5 * is->length, fmax(is->radius, end), 0};
 }
 
-static struct mill_hull hull_sphere(const struct mill_body *is)
+static int walls_straight(const struct mill_body *is, double length, struct mill_wall *wall)
 {
-    return (struct mill_hull){0.0, is->radius, 0};
-}
-
-static struct mill_hull hull_capsule(const struct mill_body *is)
-{
-    return (struct mill_hull){0.5 * is->length, is->radius, 0};
-}
-
-static struct mill_hull hull_cylinder(const struct mill_body *is)
-{
-    return (struct mill_hull){0.5 * is->length, is->radius, 0};
-}
-
-static struct mill_hull hull_cone(const struct mill_body *is)
-{
-    return (struct mill_hull){0.5 * is->length, fmax(is->radius, is->end_radius), 0};
-}
-
-static int walls_sphere(const struct mill_body *is, struct mill_wall wall[MILL_WALLS])
-{
-    wall[0] = (struct mill_wall){.radius = is->radius};
+    wall[0] = (struct mill_wall){.radius = is->radius, .half = 0.5 * length};
     return 1;
 }
 
-static int walls_capsule(const struct mill_body *is, struct mill_wall wall[MILL_WALLS])
-{
-    wall[0] = (struct mill_wall){.radius = is->radius, .half = 0.5 * is->length};
-    return 1;
-}
-
-static int walls_between(const struct mill_body *is, double end, struct mill_wall wall[MILL_WALLS])
+static int walls_tapered(const struct mill_body *is, double end, struct mill_wall *wall)
 {
     const double half = 0.5 * is->length;
     wall[0] = (struct mill_wall){.radius = 0.5 * (is->radius + end),
@@ -191,16 +149,6 @@ static int walls_between(const struct mill_body *is, double end, struct mill_wal
                                      .point = {0.0, 0.0, k == 1 ? -half : half},
                                      .normal = {0.0, 0.0, k == 1 ? 1.0 : -1.0}};
     return 3;
-}
-
-static int walls_cylinder(const struct mill_body *is, struct mill_wall wall[MILL_WALLS])
-{
-    return walls_between(is, is->radius, wall);
-}
-
-static int walls_cone(const struct mill_body *is, struct mill_wall wall[MILL_WALLS])
-{
-    return walls_between(is, is->end_radius, wall);
 }
 
 static double volume_sphere(const struct mill_body *is)
@@ -259,23 +207,42 @@ static void outline(const struct mill_body *is, const struct mill_core *c, doubl
     mill_mesh_turned(mesh, is, line, n, tolerance);
 }
 
-static const struct mill_key key_sphere[] = {MILL_SOLID_RADIUS, {.name = NULL}};
-static const struct mill_key key_capsule[] = {MILL_SOLID_RADIUS, MILL_SOLID_LENGTH, {.name = NULL}};
-static const struct mill_key key_cylinder[] = {
-    MILL_SOLID_RADIUS, MILL_SOLID_LENGTH, MILL_SOLID_ROUNDING, {.name = NULL}};
+static const struct mill_key key_sphere[] = {
+    {MILL_SOLID_RADIUS}, {MILL_SOLID_DIAMETER}, {.name = NULL}};
+static const struct mill_key key_capsule[] = {
+    {MILL_SOLID_RADIUS}, {MILL_SOLID_DIAMETER}, {MILL_SOLID_LENGTH}, {.name = NULL}};
+static const struct mill_key key_cylinder[] = {{MILL_SOLID_RADIUS},
+                                               {MILL_SOLID_DIAMETER},
+                                               {MILL_SOLID_LENGTH},
+                                               {MILL_SOLID_ROUNDING},
+                                               {.name = NULL}};
 static const struct mill_key key_cone[] = {
     {"radius", "radius at its own z = -length/2", .unit = "m", .lo = 0, .hi = 1e4,
      MILL_SOLID_AT(radius)},
     {"end_radius", "radius at its own z = length/2", .unit = "m", .lo = 0, .hi = 1e4,
      MILL_SOLID_AT(end_radius)},
-    MILL_SOLID_LENGTH,
-    MILL_SOLID_ROUNDING,
+    {MILL_SOLID_LENGTH},
+    {MILL_SOLID_ROUNDING},
     {.name = NULL},
 };
 
 MILL_BODY_SURFACE(struct round, create, view, mill_body_is_far)
 
-#define ROUND(NAME, BALL)                                                                          \
+/* WHAT of a kind of this FORM: straight with a length, or tapered with a radius at its end. SIZE:
+ * this length or radius of `is` */
+#define OF_KIND(TYPE, WHAT, NAME, FORM, SIZE)                                                      \
+    static TYPE WHAT##_##NAME(const struct mill_body *is)                                          \
+    {                                                                                              \
+        return WHAT##_##FORM(is, SIZE);                                                            \
+    }
+#define ROUND(NAME, BALL, FORM, SIZE)                                                              \
+    OF_KIND(struct mill_core, core, NAME, FORM, SIZE)                                              \
+    OF_KIND(bool, is, NAME, FORM, SIZE)                                                            \
+    OF_KIND(struct mill_hull, hull, NAME, FORM, SIZE)                                              \
+    static int walls_##NAME(const struct mill_body *is, struct mill_wall wall[MILL_WALLS])         \
+    {                                                                                              \
+        return walls_##FORM(is, SIZE, wall);                                                       \
+    }                                                                                              \
     static void outline_##NAME(const struct mill_body *is, int wall, double tolerance,             \
                                struct mill_mesh *mesh)                                             \
     {                                                                                              \
@@ -295,7 +262,7 @@ MILL_BODY_SURFACE(struct round, create, view, mill_body_is_far)
                                                          .walls = walls_##NAME,                    \
                                                          .hull = hull_##NAME}
 
-ROUND(sphere, true);
-ROUND(capsule, false);
-ROUND(cone, false);
-ROUND(cylinder, false);
+ROUND(sphere, true, straight, 0.0);
+ROUND(capsule, false, straight, is->length);
+ROUND(cone, false, tapered, is->end_radius);
+ROUND(cylinder, false, tapered, is->radius);

@@ -23,12 +23,6 @@ struct mill_sector {
     double y, z, cos;
 };
 
-/* The cosine of the sum of two angles of at most a right angle, from their sines */
-static inline double mill_sector_cos(double s, double t)
-{
-    return sqrt((1.0 - s * s) * (1.0 - t * t)) - s * t;
-}
-
 /* A ball's free flight from now on: r + v t + g t^2 / 2 */
 struct mill_flight {
     vec3 r, v, g; /* [m], [m/s], [m/s^2] */

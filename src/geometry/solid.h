@@ -65,34 +65,27 @@ struct mill_solid {
     int (*walls)(const struct mill_body *, struct mill_wall wall[MILL_WALLS]);
     /* A hull of its own, narrower than the one from the support. NULL: from the support */
     struct mill_hull (*hull)(const struct mill_body *);
-    const char *sizes; /* what its sizes must be, beyond the ranges of the keys; NULL: not known */
     /* What replaces it, unless it has buckles, where it moves in another way than by turning about
      * the x axis; NULL: nothing */
     const struct mill_solid *moving;
 };
 
-/* Rows of keys that several solids have */
+/* Keys that several solids have; in a mill of ten kilometres the resolution of a place is 2e-12 m,
+ * in a larger one overlaps could exceed a nanometre. */
 #define MILL_SOLID_AT(member) .offset = offsetof(struct mill_body, member)
 #define MILL_SOLID_SIZE .unit = "m", .lo = MILL_SOLID_LEAST, .hi = 1e4
-#define MILL_SOLID_RADIUS                                                                          \
-    {"radius", "radius of the body", MILL_SOLID_SIZE, MILL_SOLID_AT(radius)},                      \
-    {                                                                                              \
-        "diameter", "diameter of the body", .instead = "radius", .factor = 0.5, .unit = "m",       \
-                                            .lo = 2.0 * MILL_SOLID_LEAST, .hi = 2e4,               \
-                                            MILL_SOLID_AT(radius)                                  \
-    }
+#define MILL_SOLID_WIDTH .unit = "m", .lo = 2.0 * MILL_SOLID_LEAST, .hi = 2e4, .factor = 0.5
+#define MILL_SOLID_RADIUS "radius", "radius of the body", MILL_SOLID_SIZE, MILL_SOLID_AT(radius)
+#define MILL_SOLID_DIAMETER                                                                        \
+    "diameter", "diameter of the body", MILL_SOLID_WIDTH, .instead = "radius", MILL_SOLID_AT(radius)
 #define MILL_SOLID_LENGTH                                                                          \
-    {                                                                                              \
-        "length", "length along its own z; of a capsule without its round ends", MILL_SOLID_SIZE,  \
-            MILL_SOLID_AT(length)                                                                  \
-    }
+    "length", "length along its own z; of a capsule without its round ends", MILL_SOLID_SIZE,      \
+        MILL_SOLID_AT(length)
 #define MILL_SOLID_ROUNDING                                                                        \
-    {                                                                                              \
-        "rounding", "radius of its rounded edges",                                                 \
-            .unit = "m", .lo = 0, .hi = 1e4, .preset = "0 m", MILL_SOLID_AT(rounding),             \
-            .hidden = mill_solid_is_inside,                                                        \
-            .needs = "a container's edges are not rounded: leave it out"                           \
-    }
+    "rounding", "radius of its rounded edges",                                                     \
+        .unit = "m", .lo = 0, .hi = 1e4, .preset = "0 m", MILL_SOLID_AT(rounding),                 \
+        .hidden = mill_solid_is_inside,                                                            \
+        .needs = "a container's edges are not rounded: leave it out"
 bool mill_solid_is_inside(const void *body);
 
 /* Is this a length that a body can have: at least MILL_SOLID_LEAST, or, if `none`, zero? */
@@ -145,6 +138,9 @@ struct mill_part {
     vec3 centre, x, y, z; /* [m], unit */
     double around;        /* [m] no point of the part is farther from the centre */
 };
+
+/* A convex body as its own part */
+struct mill_part mill_part_of(const struct mill_solid *solid, const struct mill_body *body);
 
 /* The parts of a body: itself, or the facets of its outline. false: out of memory. Owner: the
  * caller; free(). */

@@ -6,7 +6,6 @@
 #include "millsim/motion.h"
 
 #include <assert.h>
-#include <stdbool.h>
 #include <stdlib.h>
 
 struct turn {
@@ -78,20 +77,14 @@ static struct mill_pose pose(const struct mill_motion *motion, double t)
     return pose;
 }
 
-/* Rodrigues' formula for one vector */
-static vec3 rotated(vec3 e, struct mill_heading at, vec3 a)
-{
-    const vec3 along = vec3_scale(e, vec3_dot(e, a));
-    return vec3_axpy(vec3_axpy(along, at.cos, vec3_sub(a, along)), at.sin, vec3_cross(e, a));
-}
-
 static void carry(const struct mill_motion *motion, double t, vec3 *point, vec3 *velocity)
 {
     const struct mill_turn *is = &((const struct turn *)motion)->is;
     const struct mill_heading at = mill_elementary_heading(is->angle + is->speed * t);
-    const vec3 arm = rotated(is->axis, at, vec3_sub(*point, is->centre));
+    const vec3 arm = vec3_turned(vec3_sub(*point, is->centre), is->axis, at.cos, at.sin);
     *point = vec3_add(is->centre, arm);
-    *velocity = vec3_axpy(rotated(is->axis, at, *velocity), is->speed, vec3_cross(is->axis, arm));
+    *velocity = vec3_axpy(vec3_turned(*velocity, is->axis, at.cos, at.sin), is->speed,
+                          vec3_cross(is->axis, arm));
 }
 
 /* A point moves on a circle about its projection on the axis. */

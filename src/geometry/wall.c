@@ -150,16 +150,6 @@ static struct mill_contact meet(const struct wall *w, const struct seat *seat, v
 
 /* ---- both ---- */
 
-/* The flight in the frame of a fixed wall */
-static struct mill_flight seen_from(const struct mill_pose *pose, const struct mill_flight *f)
-{
-    struct mill_flight seen = *f;
-    seen.r = mill_pose_in(pose, f->r);
-    seen.v = mill_pose_turn_in(pose, f->v);
-    seen.g = mill_pose_turn_in(pose, f->g);
-    return seen;
-}
-
 static struct mill_hit next_contact(const struct mill_shape *shape, const struct mill_flight *f,
                                     double radius, double now, double horizon, bool touching)
 {
@@ -170,7 +160,10 @@ static struct mill_hit next_contact(const struct mill_shape *shape, const struct
         return mill_hit_at(mill_poly_first_rise(p, horizon, touching, NULL));
     }
     if (shape->fixed && w->is.slope == 0.0 && isinf(w->is.half)) {
-        const struct mill_flight seen = seen_from(&w->pose, f);
+        struct mill_flight seen = *f;
+        seen.r = mill_pose_in(&w->pose, f->r);
+        seen.v = mill_pose_turn_in(&w->pose, f->v);
+        seen.g = mill_pose_turn_in(&w->pose, f->g);
         return mill_hit_at(
             mill_shape_circle(&seen, 0.0, 0.0, w->is.radius - radius, 1.0, horizon, touching));
     }
@@ -239,11 +232,10 @@ static bool create(struct mill_shape *shape)
     } else {
         shape->hollow = w->is.radius;
         /* its x is the body's axis, as mill_shape_circle() requires */
-        w->pose = mill_pose_still;
-        w->pose.place = mill_pose_out(&at, is->centre);
-        w->pose.x = mill_pose_turn_out(&at, is->z);
-        w->pose.y = mill_pose_turn_out(&at, is->x);
-        w->pose.z = mill_pose_turn_out(&at, is->y);
+        w->pose = (struct mill_pose){.place = mill_pose_out(&at, is->centre),
+                                     .x = mill_pose_turn_out(&at, is->z),
+                                     .y = mill_pose_turn_out(&at, is->x),
+                                     .z = mill_pose_turn_out(&at, is->y)};
     }
     w->carrier = mill_motion_that_moves(shape->motion, is->centre);
     return true;

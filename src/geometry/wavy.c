@@ -12,7 +12,6 @@
  * closes. There is no time between the pieces, so no contact at a joint is missed, for any
  * rounding. Most flights cross no line, and usually one arc is in reach of a cell: one quartic. */
 #include "geometry/wavy.h"
-#include "base/elementary.h"
 
 #include <stdlib.h>
 
@@ -25,11 +24,13 @@
 
 /* ---- which arc is near? ---- */
 
-/* Is a place in the wedge, between the lines through this outer centre? */
-static bool in_wedge(const struct mill_wavy *w, const struct mill_wavy_arc *a, double y, double z)
+/* Is a place in the wedge, between the lines through this outer centre, or nearer to it than
+ * `margin` [m]? */
+static bool in_wedge(const struct mill_wavy *w, const struct mill_wavy_arc *a, double y, double z,
+                     double margin)
 {
-    const bool before = mill_wavy_beyond(a, 0, y, z) > 0.0,
-               after = mill_wavy_beyond(a, 1, y, z) > 0.0;
+    const bool before = mill_wavy_beyond(a, 0, y, z) > -margin,
+               after = mill_wavy_beyond(a, 1, y, z) > -margin;
     return w->overhangs ? before || after : before && after;
 }
 
@@ -126,7 +127,7 @@ static int wedge_of(const struct mill_wavy *w, struct mill_span parts, vec3 from
     for (int i = parts.first % 2; i < parts.count; i += 2) {
         const int arc = mill_wavy_wrap(w, parts.first + i);
         const struct mill_wavy_arc *a = &w->arc[arc];
-        if (in_wedge(w, a, through.y, through.z) && in_pitch(w, a, from.y, from.z))
+        if (in_wedge(w, a, through.y, through.z, 0.0) && in_pitch(w, a, from.y, from.z))
             return arc;
     }
     return NO_ARC;
@@ -239,11 +240,7 @@ static bool outer_in_reach(const struct mill_wavy *w, const struct mill_wavy_arc
                            double rho, int depth)
 {
     const double half = sqrt(p.half_y * p.half_y + p.half_z * p.half_z);
-    const bool before = mill_wavy_beyond(a, 0, p.y, p.z) > -half;
-    const bool after = mill_wavy_beyond(a, 1, p.y, p.z) > -half;
-    if (w->overhangs ? !before && !after : !before || !after)
-        return false;
-    if (mill_wavy_distance(a, p.y, p.z) + half < rho)
+    if (!in_wedge(w, a, p.y, p.z, half) || mill_wavy_distance(a, p.y, p.z) + half < rho)
         return false;
     if (depth == 0)
         return true;

@@ -97,11 +97,11 @@ static void tell_edges(struct mill_facets_check *c, enum trouble what, int32_t *
 
 bool mill_facets_check_edges(struct mill_facets_check *c, bool united)
 {
+    const enum trouble last = united ? SEAM : KNOT;
     int32_t *count = malloc(c->joints.edges * sizeof *count);
     int32_t *root = malloc(c->joints.edges * sizeof *root);
-    for (enum trouble what = united ? SEAM : HOLE; count && root && what <= SEAM; what++)
-        if (united || what != SEAM)
-            tell_edges(c, what, count, root);
+    for (enum trouble what = united ? SEAM : HOLE; count && root && what <= last; what++)
+        tell_edges(c, what, count, root);
     free(count);
     free(root);
     return count && root;
@@ -138,8 +138,7 @@ static bool is_within(const struct meeting *m, const vec3 p[3], double least, do
 }
 
 /* Does the side go through the third facet? Where it meets an edge of it, it must also come from
- * the same side of the facet across this edge: otherwise it only touches. A corner is only touched.
- */
+ * the same side of the facet across this edge: else it only touches. A corner is only touched. */
 static bool pierces(const struct mill_facets_check *c, const struct meeting *m, double at)
 {
     const vec3 *p = c->facet[m->facet[2]];

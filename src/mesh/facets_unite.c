@@ -216,7 +216,6 @@ static bool part_rooms(struct mill_facets_check *c, bool container)
 
 /* ---- all ---- */
 
-/* Takes out what is hidden. */
 static void take_out(struct mill_facets_check *c)
 {
     for (size_t k = 0; k < c->n; k++)

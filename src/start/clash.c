@@ -128,14 +128,12 @@ static void march(struct check *c, const struct march *m, double end, enum mill_
         const double coarse = late ? COARSE * (double)c->looks * m->near / TOUCH : m->least;
         t += fmax(gap, coarse) / m->speed;
     }
+    const bool out = code == MILL_FAULT_OUTSIDE;
     *c->fault = (struct mill_fault){.code = code,
-                                    .other = number_of(c, m->b),
+                                    .ball = out ? 0 : number_of(c, m->a),
+                                    .other = number_of(c, out ? m->a : m->b),
                                     .amount = m->wall >= 0 && gap < 0.0 ? -gap : 0.0,
                                     .when = t};
-    if (code == MILL_FAULT_OUTSIDE)
-        c->fault->other = number_of(c, m->a);
-    else
-        c->fault->ball = number_of(c, m->a);
 }
 
 /* ---- pairs ---- */
@@ -143,7 +141,7 @@ static void march(struct check *c, const struct march *m, double end, enum mill_
 static bool is_in_mesh(const struct mill_clash_side *a, const struct mill_clash_side *mesh)
 {
     const struct mill_part *p = a->is->part;
-    const vec3 at = a->is->convex ? p->centre : vec3_add(p->centre, p->core.corner[0]);
+    const vec3 at = a->is->solid->support ? p->centre : vec3_add(p->centre, p->core.corner[0]);
     return mill_clash_solid_holds(mesh->is,
                                   mill_pose_in(&mesh->begin, mill_pose_out(&a->begin, at)));
 }
@@ -161,9 +159,8 @@ static void check_pair(struct check *c, const struct mill_clash_side *a,
     const bool apart = !holds && mill_clash_side_are_apart(a, b, near);
     /* a body inside a mesh, far from its facets */
     const struct march hidden = {a, b, -1, INFINITY, 0.0, false, 0.0};
-    if (!apart && !b->is->convex && is_in_mesh(a, b) != holds)
-        march(c, &hidden, 0.0, code);
-    else if (!apart && !a->is->convex && !holds && is_in_mesh(b, a))
+    if (!apart && ((!b->is->solid->support && is_in_mesh(a, b) != holds) ||
+                   (!a->is->solid->support && !holds && is_in_mesh(b, a))))
         march(c, &hidden, 0.0, code);
     const double speed = mill_clash_side_are_steady(a, b) ? 0.0 : a->speed + b->speed;
     const struct march open = {a, b, -1, near, speed, false, apart ? PASSING * ball : 0.0};

@@ -11,11 +11,11 @@
 static double turning_size(const struct mill_clash_side *s)
 {
     const vec3 axis = s->bounds.axis;
-    if (s->is->ball || s->bounds.turning == 0.0)
+    if (s->is->solid->ball || s->bounds.turning == 0.0)
         return 0.0;
     if (!(vec3_norm(axis) > 0.0))
         return s->size;
-    if (s->is->turned && vec3_norm(vec3_cross(s->axis, axis)) < ROUNDING)
+    if (s->is->solid->round && vec3_norm(vec3_cross(s->axis, axis)) < ROUNDING)
         return 0.0;
     const struct mill_wall line = {.half = INFINITY};
     const struct mill_pose frame = mill_part_frame(s->centre, axis);
@@ -81,14 +81,14 @@ bool mill_clash_side_turns_about(const struct mill_clash_side *s,
     const vec3 off = vec3_sub(round->centre, m->through);
     return !m->on && m->axial &&
            vec3_norm(vec3_cross(off, m->axis)) <= ROUNDING * (s->size + round->size) &&
-           (round->is->ball || vec3_norm(vec3_cross(round->axis, m->axis)) < ROUNDING);
+           (round->is->solid->ball || vec3_norm(vec3_cross(round->axis, m->axis)) < ROUNDING);
 }
 
 bool mill_clash_side_are_steady(const struct mill_clash_side *a, const struct mill_clash_side *b)
 {
     return a->speed + b->speed == 0.0 ||
-           (b->keeps && (b->is->turned || b->is->ball) && mill_clash_side_turns_about(a, b)) ||
-           (a->keeps && (a->is->turned || a->is->ball) && mill_clash_side_turns_about(b, a));
+           (b->keeps && b->is->solid->round && mill_clash_side_turns_about(a, b)) ||
+           (a->keeps && a->is->solid->round && mill_clash_side_turns_about(b, a));
 }
 
 bool mill_clash_side_is_level(const struct mill_clash_side *s, vec3 direction)

@@ -57,15 +57,13 @@ bool mill_clash_solid_init(struct mill_clash_solid *s, const struct mill_setup *
         .surface = k,
         .kind = surface->kind,
         .motion = surface->motion == MILL_STILL ? NULL : motion[surface->motion],
+        .solid = solid,
         .body = surface->body,
-        .convex = solid->support,
-        .turned = solid->round,
-        .ball = solid->ball,
         .axis = surface->body->z};
     if (!mill_part_list(solid, surface->body, &s->part, &s->parts))
         return false;
     s->all = ball_of(s, 0);
-    return s->convex || plant(s);
+    return solid->support || plant(s);
 }
 
 void mill_clash_solid_free(struct mill_clash_solid *s)

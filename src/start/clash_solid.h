@@ -17,10 +17,8 @@ struct mill_clash_solid {
     int surface; /* its number in the setup's list */
     int kind;    /* of contact */
     const struct mill_motion *motion;
+    const struct mill_solid *solid; /* if not convex, the parts are only the surface of it */
     const struct mill_body *body;
-    bool convex; /* false: the parts are the surface only, the inside is empty */
-    /* turned: a body of revolution about `axis`. ball: one about any axis through its centre */
-    bool turned, ball;
     vec3 axis; /* unit vector in its motion's frame */
     int32_t parts;
     struct mill_part *part;       /* in the motion's frame */

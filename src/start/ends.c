@@ -44,7 +44,7 @@ static bool is_clear(const struct mill_clash_solid *solid, double half, double r
     for (int32_t k = 0; k < solid->parts; k++) {
         const struct mill_part *p = &solid->part[k];
         if (fmax(mill_part_extent(p, x), mill_part_extent(p, back)) > half - room &&
-            !(solid->convex && goes_through(p, half)))
+            !(solid->solid->support && goes_through(p, half)))
             return false;
     }
     return true;

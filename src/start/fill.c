@@ -10,7 +10,6 @@
 
 #include <assert.h>
 #include <stdlib.h>
-#include <string.h>
 
 #define DROP_FRACTION 0.20 /* of the room: single drops fill this much quickly */
 #define DENSEST 0.59       /* of the room: no random packing is tried above this */
@@ -26,6 +25,7 @@ struct pack {
     const struct mill_start_watch *watch;
     struct mill_world *world;
     struct mill_pose frame; /* the container's, at the start */
+    double widest;          /* [m] largest radius of a ball */
     struct mill_fill_room room;
     struct mill_random random;
     struct mill_fill_grids grids;
@@ -259,7 +259,7 @@ static enum mill_fault_code pack(struct pack *p)
         return MILL_FAULT_NO_ROOM;
     mill_random_seed(&p->random, p->setup->seed);
     p->near = malloc(sizeof *p->near * ((size_t)w->balls + MILL_CELL_ROW));
-    if (p->near && mill_fill_grids_init(&p->grids, w))
+    if (p->near && mill_fill_grids_init(&p->grids, w, p->widest))
         code = settle(p, fraction);
     code = p->grids.failed ? MILL_FAULT_MEMORY : code;
     for (int32_t i = 0; code == MILL_FAULT_NONE && i < w->balls; i++)
@@ -318,16 +318,15 @@ void mill_fill_random(const struct mill_setup *setup, const struct mill_start_wa
     struct pack p = {.setup = setup, .watch = watch, .world = world};
     p.frame = mill_world_frame(world, 0.0);
     const bool moves = !world->container.still && !setup->at_rest;
-    double widest = 0.0;
     for (int k = 0; k < world->species_count; k++)
-        widest = fmax(widest, world->species[k].radius);
+        p.widest = fmax(p.widest, world->species[k].radius);
     fault->code = MILL_FAULT_MEMORY;
-    if (mill_fill_room_init(&p.room, world, widest)) {
+    if (mill_fill_room_init(&p.room, world, p.widest)) {
         fault->code = pack(&p);
         if (fault->code == MILL_FAULT_NO_ROOM)
             fault->code = find_what_fits(&p, fault);
-        mill_fill_room_free(&p.room);
     }
+    mill_fill_room_free(&p.room);
     for (int32_t i = 0; fault->code == MILL_FAULT_NONE && i < world->balls && setup->speed > 0.0;
          i++)
         world->ball[i].v = vec3_scale(mill_random_direction(&p.random), setup->speed);

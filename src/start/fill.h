@@ -27,15 +27,14 @@ void mill_fill_random(const struct mill_setup *setup, const struct mill_start_wa
 /* For every cell of a lattice over the container's box: which surfaces are near */
 struct mill_fill_room {
     const struct mill_world *world;
-    struct mill_pose *pose; /* [shapes] at the start */
-    double volume;          /* [m^3] not taken by the rotor */
-    vec3 lo;                /* [m] corner of the first cell */
-    double side[3];         /* [m] */
-    int32_t n[3];
+    struct mill_pose *pose;    /* [shapes] at the start */
+    double volume;             /* [m^3] not taken by the rotor */
+    struct mill_cells lattice; /* only its lo, side and n: it holds no balls */
     uint64_t *near; /* bit k of a cell: one of the shapes k, k + 64, ... is within reach */
 };
 
-/* reach [m]: the largest radius that the functions below are called with. false: out of memory. */
+/* reach [m]: the largest radius that the functions below are called with. false: out of
+ * memory. The caller frees it in any case. */
 bool mill_fill_room_init(struct mill_fill_room *room, const struct mill_world *world, double reach);
 void mill_fill_room_free(struct mill_fill_room *room);
 
@@ -70,8 +69,10 @@ struct mill_fill_grids {
     struct mill_fill_grid grid[MILL_FILL_CLASSES];
 };
 
-/* With the balls and radii of the world; no ball is placed yet. false: out of memory. */
-bool mill_fill_grids_init(struct mill_fill_grids *grids, const struct mill_world *world);
+/* With the balls and radii of the world, of which `widest` [m] is the largest; no ball is placed
+ * yet. false: out of memory. The caller frees them in any case. */
+bool mill_fill_grids_init(struct mill_fill_grids *grids, const struct mill_world *world,
+                          double widest);
 void mill_fill_grids_free(struct mill_fill_grids *grids);
 void mill_fill_grids_clear(struct mill_fill_grids *grids);
 

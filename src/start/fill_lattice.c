@@ -23,23 +23,10 @@
 enum { POINTS = 200000, FEWEST = 8, HALVINGS = 64, BLOCK = 64 };
 #define CLASS_RATIO 1.5 /* largest over smallest diameter of the balls in one grid */
 
-static int32_t along(const struct mill_fill_room *l, int axis, double x)
-{
-    const double cell = x / l->side[axis], last = (double)(l->n[axis] - 1);
-    return cell > 0.0 ? (int32_t)(cell < last ? cell : last) : 0;
-}
-
-/* Points outside the box are counted in the outermost cells. */
-static int32_t cell_of(const struct mill_fill_room *l, vec3 r)
-{
-    const int32_t ix = along(l, 0, r.x - l->lo.x), iy = along(l, 1, r.y - l->lo.y);
-    return (ix * l->n[1] + iy) * l->n[2] + along(l, 2, r.z - l->lo.z);
-}
-
 /* ---- the room ---- */
 
 /* Sets up the lattice over a box. Cells are cubes, except in a flat or thin drum. */
-static void lay_out(struct mill_fill_room *l, const double extent[3])
+static void lay_out(struct mill_cells *l, const double extent[3])
 {
     double side = mill_elementary_cbrt(extent[0] * extent[1] * extent[2] / POINTS), points;
     do {
@@ -53,8 +40,7 @@ static void lay_out(struct mill_fill_room *l, const double extent[3])
     } while (points > FEWEST * (double)POINTS);
 }
 
-/* The centre of a cell */
-static vec3 centre_of(const struct mill_fill_room *l, const int32_t at[3])
+static vec3 centre_of(const struct mill_cells *l, const int32_t at[3])
 {
     return vec3_make(l->lo.x + (at[0] + 0.5) * l->side[0], l->lo.y + (at[1] + 0.5) * l->side[1],
                      l->lo.z + (at[2] + 0.5) * l->side[2]);
@@ -65,7 +51,7 @@ static vec3 centre_of(const struct mill_fill_room *l, const int32_t at[3])
 static bool look_at(struct mill_fill_room *room, const int32_t at[3], double reach, uint64_t deep,
                     const int *near, int count)
 {
-    const vec3 centre = centre_of(room, at);
+    const vec3 centre = centre_of(&room->lattice, at);
     uint64_t mask = deep;
     bool clear = deep == 0;
     for (int i = 0; i < count; i++) {
@@ -74,7 +60,7 @@ static bool look_at(struct mill_fill_room *room, const int32_t at[3], double rea
         mask |= (uint64_t)(gap < reach) << k % 64;
         clear = clear && gap > 0.0;
     }
-    room->near[(at[0] * room->n[1] + at[1]) * room->n[2] + at[2]] = mask;
+    room->near[(at[0] * room->lattice.n[1] + at[1]) * room->lattice.n[2] + at[2]] = mask;
     return clear;
 }
 
@@ -84,7 +70,7 @@ static bool look_at(struct mill_fill_room *room, const int32_t at[3], double rea
 static size_t look_around(struct mill_fill_room *room, const int32_t first[3],
                           const int32_t last[3], double reach, uint64_t deep, int *near, int count)
 {
-    const vec3 lo = centre_of(room, first), hi = centre_of(room, last);
+    const vec3 lo = centre_of(&room->lattice, first), hi = centre_of(&room->lattice, last);
     const vec3 middle = vec3_scale(vec3_add(lo, hi), 0.5);
     const double size = 0.501 * vec3_norm(vec3_sub(hi, lo));
     size_t cells = 1, inside = 0;
@@ -123,32 +109,28 @@ static size_t look_around(struct mill_fill_room *room, const int32_t first[3],
 bool mill_fill_room_init(struct mill_fill_room *room, const struct mill_world *w, double reach)
 {
     assert(reach > 0.0);
-    const int32_t *n = room->n;
+    const int32_t *n = room->lattice.n;
     const vec3 size = vec3_sub(w->container.hi, w->container.lo);
     const double extent[3] = {size.x, size.y, size.z};
-    lay_out(room, extent);
-    room->lo = w->container.lo;
-    const vec3 side = {room->side[0], room->side[1], room->side[2]};
+    room->lattice = (struct mill_cells){.lo = w->container.lo};
+    lay_out(&room->lattice, extent);
+    const vec3 side = {room->lattice.side[0], room->lattice.side[1], room->lattice.side[2]};
     const double near = reach * (1.0 + 2.0 * MILL_FILL_SPACING) + 0.501 * vec3_norm(side);
     const size_t cells = (size_t)n[0] * (size_t)n[1] * (size_t)n[2];
     room->world = w;
     room->near = calloc(cells, sizeof *room->near);
     room->pose = calloc((size_t)w->shapes, sizeof *room->pose);
     int *all = calloc((size_t)w->shapes * HALVINGS, sizeof *all);
-    if (!room->near || !room->pose || !all) {
-        mill_fill_room_free(room);
-        free(all);
-        return false;
-    }
-    for (int k = 0; k < w->shapes; k++) {
+    const bool good = room->near && room->pose && all;
+    for (int k = 0; good && k < w->shapes; k++) {
         room->pose[k] = mill_shape_pose(w->shape[k], 0.0);
         all[k] = k;
     }
     const int32_t first[3] = {0, 0, 0}, last[3] = {n[0] - 1, n[1] - 1, n[2] - 1};
-    const size_t inside = look_around(room, first, last, near, 0, all, w->shapes);
+    const size_t inside = good ? look_around(room, first, last, near, 0, all, w->shapes) : 0;
     free(all);
     room->volume = extent[0] * extent[1] * extent[2] * (double)inside / (double)cells;
-    return true;
+    return good;
 }
 
 void mill_fill_room_free(struct mill_fill_room *room)
@@ -168,7 +150,7 @@ static double gap_to_end(const struct mill_world *w, vec3 r, double radius)
 bool mill_fill_room_clear(const struct mill_fill_room *room, vec3 r, double radius)
 {
     const struct mill_world *w = room->world;
-    const uint64_t mask = room->near[cell_of(room, r)];
+    const uint64_t mask = room->near[mill_cells_at(&room->lattice, r)];
     if (!(gap_to_end(w, r, radius) > 0.0))
         return false;
     for (int k = 0; mask && k < w->shapes; k++) {
@@ -181,7 +163,7 @@ bool mill_fill_room_clear(const struct mill_fill_room *room, vec3 r, double radi
 bool mill_fill_room_push(const struct mill_fill_room *room, vec3 *r, double radius)
 {
     const struct mill_world *w = room->world;
-    const uint64_t mask = room->near[cell_of(room, *r)];
+    const uint64_t mask = room->near[mill_cells_at(&room->lattice, *r)];
     const double end = gap_to_end(w, *r, radius);
     bool moved = end < MILL_FILL_CLOSE * radius;
     if (moved)
@@ -217,16 +199,13 @@ static bool make_grid(struct mill_fill_grid *g, const struct mill_world *w)
         fmax(extent[0] / inner[0], fmax(extent[1] / inner[1], extent[2] / inner[2])), w->balls);
 }
 
-bool mill_fill_grids_init(struct mill_fill_grids *s, const struct mill_world *w)
+bool mill_fill_grids_init(struct mill_fill_grids *s, const struct mill_world *w, double widest)
 {
-    double widest = 0.0;
     memset(s, 0, sizeof *s);
     s->balls = w->balls;
     s->place = calloc((size_t)w->balls, sizeof *s->place);
     if (!s->place)
         return false;
-    for (int k = 0; k < w->species_count; k++)
-        widest = fmax(widest, w->species[k].radius);
     for (int32_t i = 0; i < w->balls; i++) {
         struct mill_fill_place *p = &s->place[i];
         p->radius = w->species[w->ball[i].species].radius;
@@ -236,13 +215,10 @@ bool mill_fill_grids_init(struct mill_fill_grids *s, const struct mill_world *w)
         g->widest = fmax(g->widest, p->radius);
         g->balls++;
     }
-    for (int k = 0; k < MILL_FILL_CLASSES; k++) {
-        if (s->grid[k].balls > 0 && !make_grid(&s->grid[k], w)) {
-            mill_fill_grids_free(s);
-            return false;
-        }
-    }
-    return true;
+    bool good = true;
+    for (int k = 0; good && k < MILL_FILL_CLASSES; k++)
+        good = s->grid[k].balls == 0 || make_grid(&s->grid[k], w);
+    return good;
 }
 
 void mill_fill_grids_free(struct mill_fill_grids *s)

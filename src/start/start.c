@@ -201,7 +201,6 @@ static void find_places(struct mill_world *w)
     places->hi = vec3_make(b.home.x + far, b.home.y + far, b.home.z + far);
 }
 
-/* Makes what the balls move in. */
 static bool make_mill(const struct mill_setup *setup, struct mill_world *w)
 {
     if (!make_motions(setup, w))
@@ -247,19 +246,14 @@ static double radius_of(const struct mill_world *w, int32_t i)
  * of the first ball that overlaps a surface. */
 static void check_balls(const struct mill_world *w, struct mill_fault *fault)
 {
-    for (int32_t i = 0; i < w->balls; i++) {
-        if (vec3_norm(w->ball[i].v) <= LIGHT && vec3_norm(w->spin[i]) * radius_of(w, i) <= LIGHT)
-            continue;
-        *fault = (struct mill_fault){.code = MILL_FAULT_SPEED, .ball = i};
-        return;
-    }
     const double period = w->container.period;
-    for (int32_t i = 0; i < w->balls && period > 0.0; i++) {
+    for (int32_t i = 0; i < w->balls && fault->code == MILL_FAULT_NONE; i++)
+        if (!(vec3_norm(w->ball[i].v) <= LIGHT && vec3_norm(w->spin[i]) * radius_of(w, i) <= LIGHT))
+            *fault = (struct mill_fault){.code = MILL_FAULT_SPEED, .ball = i};
+    for (int32_t i = 0; i < w->balls && period > 0.0 && fault->code == MILL_FAULT_NONE; i++) {
         const double x = fabs(w->ball[i].r.x);
-        if (x <= 0.5 * period)
-            continue;
-        *fault = (struct mill_fault){.code = MILL_FAULT_BALL_OUTSIDE, .ball = i, .amount = x};
-        return;
+        if (!(x <= 0.5 * period))
+            *fault = (struct mill_fault){.code = MILL_FAULT_BALL_OUTSIDE, .ball = i, .amount = x};
     }
     for (int32_t i = 0; i < w->balls && fault->code == MILL_FAULT_NONE; i++) {
         for (int k = 0; k < w->shapes && fault->code == MILL_FAULT_NONE; k++) {

@@ -165,7 +165,7 @@ static int32_t lattice(double radius, double length)
     struct mill_world *w = model_world(&m);
     struct mill_fill_room room;
     ck_assert(mill_fill_room_init(&room, w, 5e-10));
-    const double points = (double)room.n[0] * room.n[1] * room.n[2];
+    const double points = (double)mill_cells_count(&room.lattice);
     ck_assert_double_eq_tol(room.volume / (PI * radius * radius * length), 1.0, 0.1);
     mill_fill_room_free(&room);
     mill_world_free(w);
