@@ -122,11 +122,6 @@ static bool make_view(struct mill_grids_view *v, const struct mill_cells *c, boo
     return next != NULL;
 }
 
-static int32_t ceil_of(double x)
-{
-    return (int32_t)ceil(x);
-}
-
 /* The numbers of cells, and how far balls look */
 struct layout {
     int32_t inner[3]; /* of the finest cells in the box */
@@ -149,7 +144,7 @@ static bool lay_out(struct mill_grids *g, const struct mill_world *w, const stru
     for (int a = 0; a < n; a++) {
         const int32_t before = a > 0 ? l->factor[a - 1] : 1;
         l->margin[a] = 1;
-        l->factor[a] = a > 0 ? before * ceil_of(of[a].widest * ROOM / (least * before)) : 1;
+        l->factor[a] = a > 0 ? before * (int32_t)ceil(of[a].widest * ROOM / (least * before)) : 1;
         l->factor[a] = l->factor[a] > 1 ? l->factor[a] : 1;
     }
     bool fits = true;
@@ -162,9 +157,9 @@ static bool lay_out(struct mill_grids *g, const struct mill_world *w, const stru
             const int small = a < b ? a : b;
             v->sum = of[a].equal && of[b].equal ? sum : 0.0;
             v->widest = sum * ROOM;
-            v->reach = a == b ? 1 : ceil_of(v->widest / (least * l->factor[small]));
+            v->reach = a == b ? 1 : (int32_t)ceil(v->widest / (least * l->factor[small]));
             if (a < b)
-                v->reach = ceil_of((double)v->reach * l->factor[a] / l->factor[b]);
+                v->reach = (int32_t)ceil((double)v->reach * l->factor[a] / l->factor[b]);
             l->margin[b] = v->reach > l->margin[b] ? v->reach : l->margin[b];
             fits = fits && l->inner[0] / l->factor[b] > 2 * v->reach;
         }
@@ -337,20 +332,15 @@ static int look_beyond(const struct mill_grids *g, struct mill_grids_look *look,
         mill_cells_index(c, look[k].cell, i);
         const int32_t low = count_below(&look[k], c->margin - i[0]);
         const int32_t high = count_below(&look[k], c->margin - i[0] + inner);
-        if (low > 0) {
-            struct mill_grids_look *l = &look[all++];
-            *l = look[k];
-            l->cell += whole;
-            l->count = low;
-            l->shift = g->period;
-        } else if (high < look[k].count) {
-            struct mill_grids_look *l = &look[all++];
-            *l = look[k];
-            l->cell -= whole;
-            l->offset += high;
-            l->count -= high;
-            l->shift = -g->period;
-        }
+        const int side = low > 0 ? 1 : high < look[k].count ? -1 : 0;
+        if (side == 0)
+            continue;
+        struct mill_grids_look *l = &look[all++];
+        *l = look[k];
+        l->cell += side * whole;
+        l->offset += side > 0 ? 0 : high;
+        l->count = side > 0 ? low : l->count - high;
+        l->shift = side * g->period;
     }
     return all;
 }
