@@ -39,20 +39,16 @@ void mill_sim_audit(struct mill_sim *sim)
     }
 }
 
-static void end_soft_epoch(struct mill_sim *sim)
-{
-    mill_world_restart(sim->world);
-    sim->now = 0.0;
-    if (!mill_soft_restart(sim->soft))
-        sim->status = mill_error_set(sim->error, MILL_FAILED, "out of memory for the soft spheres");
-}
-
 /* Ends the epoch and begins the next one. */
 static void end_epoch(struct mill_sim *sim)
 {
     struct mill_world *w = sim->world;
     if (sim->soft) {
-        end_soft_epoch(sim);
+        mill_world_restart(w);
+        sim->now = 0.0;
+        if (!mill_soft_restart(sim->soft))
+            sim->status =
+                mill_error_set(sim->error, MILL_FAILED, "out of memory for the soft spheres");
         return;
     }
     sim->now = MILL_WORLD_EPOCH;
@@ -211,7 +207,7 @@ enum mill_status mill_sim_run(struct mill_sim *sim, double until, uint64_t budge
     sim->world->counts.quartics.check = sim->proof ? sim->proof->check : NULL;
     if (sim->slabs)
         mill_sim_slabs_begin(sim->slabs);
-    while (budget > 0) {
+    while (budget > 0 && sim->status == MILL_OK) {
         const double sample = next_sample(sim);
         const double halt = mill_least(sample, until) - sim->world->base;
         const double limit = mill_least(mill_greatest(halt, sim->now), MILL_WORLD_EPOCH);
@@ -235,8 +231,6 @@ enum mill_status mill_sim_run(struct mill_sim *sim, double until, uint64_t budge
         }
         if (sim->status == MILL_OK && stop && *stop)
             sim->status = MILL_STOPPED;
-        if (sim->status != MILL_OK)
-            break;
     }
     if (sim->slabs)
         mill_sim_slabs_end(sim->slabs);

@@ -137,10 +137,8 @@ static inline void mill_sim_move(struct mill_world *w, int32_t i, double t)
 
 /* ---- the loop on several threads (sim_slabs.c) ---- */
 
-enum {
-    MILL_SIM_LARGE = 20000
-}; /* balls, from which schedule_ahead.c saves more time than it
-      takes */
+/* balls, from which schedule_ahead.c saves more time than it takes */
+enum { MILL_SIM_LARGE = 20000 };
 
 /* insists: one thread never goes on alone because this is faster. NULL: out of memory, or the mill
  * is too short */

@@ -139,15 +139,6 @@ static bool flush(struct mill_sim_slabs *s, uint64_t *budget, const volatile sig
     return false;
 }
 
-static void choose_duration(struct mill_sim_slabs *s, uint64_t events)
-{
-    const double factor = aim_of(s) / mill_greatest((double)events, 1.0);
-    if (s->patience > 0)
-        s->patience--;
-    else if (!s->cut_short)
-        s->duration *= mill_least(mill_greatest(factor, 0.5), 2.0);
-}
-
 /* Compares what the threads had to do, and cuts the mill again if it was not the same. */
 static void balance(struct mill_sim_slabs *s)
 {
@@ -189,7 +180,11 @@ static void share(struct mill_sim_slabs *s, uint64_t *budget, const volatile sig
             l->done += l->log[s->now.number % 2].event.count;
         }
         *budget -= events < *budget ? events : *budget;
-        choose_duration(s, events);
+        const double factor = aim_of(s) / mill_greatest((double)events, 1.0);
+        if (s->patience > 0)
+            s->patience--;
+        else if (!s->cut_short)
+            s->duration *= mill_least(mill_greatest(factor, 0.5), 2.0);
         s->last = s->now;
     }
 }

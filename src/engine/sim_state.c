@@ -65,8 +65,7 @@ static void tell_fields(struct mill_sim *s, int32_t *cell, struct mill_state *st
     mill_state_structs(state, "plan", sizeof *s->schedule->plan, n, s->schedule->plan);
     mill_state_structs(state, "pinch", sizeof *s->pinches.ball, s->pinches.ball ? n : 0,
                        s->pinches.ball);
-    if (s->met)
-        mill_state_field(state, "met", MILL_FIELD_F64, n, s->met);
+    mill_state_field(state, "met", MILL_FIELD_F64, n, s->met);
     mill_state_structs(state, "bridge", sizeof *s->bridges.ball, s->bridges.ball ? n : 0,
                        s->bridges.ball);
     mill_state_field(state, "cell", MILL_FIELD_I32, n, cell);
