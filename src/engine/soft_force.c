@@ -25,17 +25,12 @@ struct push {
     double work, work_normal;   /* [J] into the contact in this step */
 };
 
-static const vec3 zero = {0.0, 0.0, 0.0};
-
 /* A contact begins: `age` [s] ago. */
 static void begin(const struct mill_soft *s, const struct mill_soft_meeting *m,
                   const struct push *u, struct mill_soft_touch *t, double age)
 {
     t->spring = vec3_scale(u->along, age);
     t->damping = mill_soft_damping_at(m->spring, u->closing);
-    t->pressing = t->power = t->power_normal = t->rest = 0.0;
-    t->energy = t->energy_normal = t->lost = t->lost_normal = 0.0;
-    t->drag = t->impulse = zero;
     t->speed = mill_greatest(u->closing, 0.0);
     t->slip = u->along;
     t->point = m->point;
@@ -201,11 +196,8 @@ static struct mill_soft_touch *make(struct mill_soft_part *p, int32_t *touch, in
         return NULL;
     }
     struct mill_soft_touch *t = mill_soft_touch(p, *touch);
-    t->a = a;
-    t->b = b;
-    t->shape = t->next = -1;
-    t->place = t->inward = vec3_make(0.0, 0.0, 0.0);
-    t->flags = crowded ? MILL_SOFT_CROWDED : 0;
+    *t = (struct mill_soft_touch){
+        .a = a, .b = b, .shape = -1, .next = -1, .flags = crowded ? MILL_SOFT_CROWDED : 0};
     p->tally.contacts++;
     p->tally.crowded += crowded;
     return t;

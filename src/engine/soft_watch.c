@@ -285,10 +285,7 @@ enum mill_status mill_soft_watch_sample(struct mill_soft *s, double time,
 /* [m] smaller overlaps count as none */
 static double closed(const struct mill_soft *s)
 {
-    double largest = 0.0;
-    for (int k = 0; k < s->world->species_count; k++)
-        largest = mill_greatest(largest, s->world->species[k].radius);
-    return CLOSED * largest;
+    return CLOSED * s->thickest;
 }
 
 /* Collects how far the two move apart, and a little more: each half of an overlap, or a ball all of
