@@ -32,22 +32,19 @@ static double gap_towards(const struct mill_shape *drum, double r, struct mill_h
     return gap_at(drum, r * at.cos, r * at.sin);
 }
 
-/* Is it the round or wavy wall of the container? */
-static bool is_mantle(const struct mill_shape *shape)
-{
-    return mill_body_is(shape)->inside && shape->wall == 0;
-}
-
 /* The drum, whose cross-section is enough. NULL if the cross-section is the circle (within 1e-9 of
  * its radius), or if there is no drum. */
 static const struct mill_shape *odd_drum(const struct mill_world *world,
                                          const struct mill_heading *towards)
 {
     const double radius = world->drum_radius;
-    for (int i = 0; i < world->shapes; i++)
-        for (int k = 0; is_mantle(world->shape[i]) && k < ANGLES; k++)
-            if (!(fabs(gap_towards(world->shape[i], radius, towards[k])) < 1e-9 * radius))
-                return world->shape[i];
+    for (int i = 0; i < world->shapes; i++) {
+        const struct mill_shape *shape = world->shape[i];
+        const bool mantle = mill_body_is(shape)->inside && shape->wall == 0;
+        for (int k = 0; mantle && k < ANGLES; k++)
+            if (!(fabs(gap_towards(shape, radius, towards[k])) < 1e-9 * radius))
+                return shape;
+    }
     return NULL;
 }
 
