@@ -70,7 +70,7 @@ static void end_epoch(struct mill_sim *sim)
         return;
     begin_epoch(sim);
     if (sim->proof)
-        sim->proof->planned(sim);
+        sim->proof->all(sim, true);
 }
 
 /* ---- the loop ---- */

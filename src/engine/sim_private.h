@@ -41,8 +41,8 @@ struct mill_sim_proof {
     struct mill_poly_check *check;
     bool (*before)(struct mill_sim *sim, int32_t i, double t); /* of the event of ball i */
     bool (*after)(struct mill_sim *sim, int32_t i);
-    bool (*planned)(struct mill_sim *sim); /* all balls have been planned now */
-    bool (*account)(struct mill_sim *sim); /* a call of mill_sim_run ends */
+    bool (*all)(struct mill_sim *sim, bool fresh); /* fresh: all balls have been planned now */
+    bool (*account)(struct mill_sim *sim);         /* a call of mill_sim_run ends */
 };
 
 struct mill_soft;
