@@ -90,15 +90,15 @@ static bool is_within(const struct mill_cells *c, const int32_t d[3], double sum
 static bool make_view(struct mill_grids_view *v, const struct mill_cells *c, bool own, bool down)
 {
     const int32_t m = v->reach, wide = 2 * m + 1, nearest = own ? 1 : 0;
-    /* ahead: down, one cell of each line along the axis */
+    /* after a crossing: down, one cell of each line along the axis */
     const double most = wide * (double)wide * (wide + 6.0 * (down ? 1 : m + 1));
     if (most > INT32_MAX)
         return false;
     const int32_t all = wide * wide * wide;
-    int64_t *next = v->around = mill_memory_get((size_t)most, sizeof *next);
+    int64_t *next = mill_memory_get((size_t)most, sizeof *next);
     for (int face = -1; face < 6 && next; face++) {
-        int64_t *const begin = next;
         const int32_t way = face % 2 ? 1 : -1;
+        v->offset[1 + face] = next;
         for (int32_t k = 0; k < all; k++) {
             int32_t d[3] = {k / (wide * wide) - m, k / wide % wide - m, k % wide - m};
             const int64_t cells = ((int64_t)d[0] * c->n[1] + d[1]) * c->n[2] + d[2];
@@ -112,12 +112,7 @@ static bool make_view(struct mill_grids_view *v, const struct mill_cells *c, boo
             if (sees)
                 *next++ = cells * c->row; /* in words of the rows */
         }
-        if (face < 0) {
-            v->count = (int32_t)(next - begin);
-        } else {
-            v->ahead[face] = begin;
-            v->fresh[face] = (int32_t)(next - begin);
-        }
+        v->count[1 + face] = (int32_t)(next - v->offset[1 + face]);
     }
     return next != NULL;
 }
@@ -211,7 +206,7 @@ void mill_grids_release(struct mill_grids *g)
         if (g->own)
             mill_cells_release(&g->own[a]);
         for (int b = 0; b < MILL_GRIDS_MOST; b++)
-            free(g->view[a][b].around);
+            free(g->view[a][b].offset[0]);
     }
     free(g->own);
     free(g->class_of);
@@ -235,11 +230,9 @@ static void rescale(struct mill_grids *g, int in, int32_t row)
 {
     for (int a = 0; a < g->classes; a++) {
         const struct mill_grids_view *v = &g->view[a][in];
-        int32_t n = v->count;
-        for (int face = 0; face < 6; face++)
-            n += v->fresh[face];
-        for (int32_t k = 0; k < n; k++)
-            v->around[k] = v->around[k] / row * g->own[in].row;
+        for (int face = -1; face < 6; face++)
+            for (int32_t k = 0; k < v->count[1 + face]; k++)
+                v->offset[1 + face][k] = v->offset[1 + face][k] / row * g->own[in].row;
     }
 }
 
@@ -362,10 +355,10 @@ int mill_grids_look_all(const struct mill_grids *g, int32_t species, int32_t cel
         if (face >= 0 && cell_in(g, small, fine) == cell_in(g, small, before))
             continue; /* who is near the ball is as before */
         look[looks] = (struct mill_grids_look){.cells = &g->own[in],
-                                               .offset = face < 0 ? v->around : v->ahead[face],
+                                               .offset = v->offset[1 + face],
                                                .sum = v->sum,
                                                .cell = at,
-                                               .count = face < 0 ? v->count : v->fresh[face]};
+                                               .count = v->count[1 + face]};
         look[looks].threes = in == own && face < 4 && mill_cells_shortest(&g->own[in]);
         looks++;
     }
