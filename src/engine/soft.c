@@ -192,7 +192,6 @@ static void seat(struct mill_soft *s, const struct mill_soft_ball *from)
         s->ball[k].w = w->spin[i];
         s->ball[k].per_mass = 1.0 / kind->mass;
         s->ball[k].per_inertia = 1.0 / kind->inertia;
-        s->ball[k].walls = -1;
         s->course[k].number = i;
         s->course[k].species = w->ball[i].species;
         s->place[k] = (struct mill_soft_place){w->ball[i].r, kind->radius};
@@ -202,13 +201,12 @@ static void seat(struct mill_soft *s, const struct mill_soft_ball *from)
 /* Puts contacts into the pools of the balls that now have them, and makes the lists. */
 static bool pool(struct mill_soft *s, const struct mill_soft_touch *touch, size_t count)
 {
-    for (int k = 0; k < s->parts; k++) {
-        s->part[k].touch.count = 0;
-        s->part[k].unused = -1;
-    }
+    mill_soft_forget(s);
     for (size_t n = 0; n < count; n++) {
         const int32_t slot = mill_soft_owner(s, &touch[n]);
-        struct mill_soft_part *p = mill_soft_part_of(s, slot);
+        struct mill_soft_part *p = s->part;
+        while (slot >= p->last)
+            p++;
         const int32_t at = mill_soft_touch_get(p);
         if (at < 0)
             return false;
@@ -216,7 +214,6 @@ static bool pool(struct mill_soft *s, const struct mill_soft_touch *touch, size_
         if (touch[n].b < 0)
             mill_soft_touch_link(p, &s->ball[slot], at);
     }
-    s->listed = -INFINITY; /* there are other balls in the slots */
     return mill_soft_list(s);
 }
 

@@ -265,8 +265,10 @@ void mill_soft_sort(struct mill_soft *soft);
 /* Makes new lists of neighbours and puts the contacts into them. */
 bool mill_soft_list(struct mill_soft *soft);
 
-/* The part that has a slot, and the slot that has a contact: the lower one of two balls */
-struct mill_soft_part *mill_soft_part_of(struct mill_soft *soft, int32_t slot);
+/* All contacts are over, or are put into the pools and lists again. */
+void mill_soft_forget(struct mill_soft *soft);
+
+/* The slot that has a contact: the lower one of two balls */
 int32_t mill_soft_owner(const struct mill_soft *soft, const struct mill_soft_touch *touch);
 
 /* A place for a new contact in a part's pool, or -1: out of memory; and back */

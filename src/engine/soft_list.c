@@ -115,11 +115,15 @@ void mill_soft_touch_link(struct mill_soft_part *p, struct mill_soft_ball *ball,
     *link = touch;
 }
 
-struct mill_soft_part *mill_soft_part_of(struct mill_soft *s, int32_t slot)
+void mill_soft_forget(struct mill_soft *s)
 {
-    int k = (int)((int64_t)slot * s->parts / s->world->balls);
-    k += slot >= s->part[k].last;
-    return &s->part[k];
+    for (int k = 0; k < s->parts; k++) {
+        s->part[k].touch.count = 0;
+        s->part[k].unused = -1;
+    }
+    for (int32_t i = 0; i < s->world->balls; i++)
+        s->ball[i].walls = -1;
+    s->listed = -INFINITY; /* the lists have the old contacts */
 }
 
 int32_t mill_soft_owner(const struct mill_soft *s, const struct mill_soft_touch *t)
