@@ -238,15 +238,6 @@ static const struct words {
                {"edges along x, the first index", "edges in r, the second index"},
                {"velocity_x", "velocity_r", "velocity_phi"}}};
 
-/* Solid fraction (k = 0), or a component of the mean velocity (k = 1 to 3), of a cell. room: [m^3]
- * volume of the cell times the number of samples */
-static double mean_of(const struct mill_map_flow *flow, double room, int k)
-{
-    if (k == 0)
-        return room > 0 ? flow->volume / room : (double)NAN;
-    return flow->volume > 0 ? flow->flow[k - 1] / flow->volume : (double)NAN;
-}
-
 static void tell_map(const struct mill_map *map, const struct words *of,
                      const struct mill_sums *hits, const struct mill_map_flow *flow,
                      const double *room, uint64_t samples, struct mill_sink *sink)
@@ -268,8 +259,11 @@ static void tell_map(const struct mill_map *map, const struct words *of,
         mill_sums_tell(&some, k, &view, sink);
     mill_tell_part(sink);
     for (int k = 0; k < 4; k++) {
-        for (size_t i = 0; i < cells; i++)
-            value[i] = mean_of(&flow[map->first + i], room[map->first + i] * (double)samples, k);
+        for (size_t i = 0; i < cells; i++) {
+            const struct mill_map_flow *in = &flow[map->first + i];
+            const double per = k == 0 ? room[map->first + i] * (double)samples : in->volume;
+            value[i] = per > 0 ? (k == 0 ? in->volume : in->flow[k - 1]) / per : (double)NAN;
+        }
         sink->values(sink, k == 0 ? "solid_fraction" : of->velocity[k - 1], MILL_H5_F64, 2, dims,
                      value, k == 0 ? "1" : "m s-1",
                      k == 0 ? "time-averaged volume of balls / volume of the cell inside the "
