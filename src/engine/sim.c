@@ -189,15 +189,6 @@ static void take_samples(struct mill_sim *sim, double due)
     }
 }
 
-/* [s] simulated time of the next sample */
-static double next_sample(const struct mill_sim *sim)
-{
-    double next = INFINITY;
-    for (int k = 0; k < sim->observers; k++)
-        next = mill_least(next, sim->observer[k]->next);
-    return next;
-}
-
 enum mill_status mill_sim_run(struct mill_sim *sim, double until, uint64_t budget,
                               const volatile sig_atomic_t *stop, struct mill_error *error)
 {
@@ -208,7 +199,9 @@ enum mill_status mill_sim_run(struct mill_sim *sim, double until, uint64_t budge
     if (sim->slabs)
         mill_sim_slabs_begin(sim->slabs);
     while (budget > 0 && sim->status == MILL_OK) {
-        const double sample = next_sample(sim);
+        double sample = INFINITY; /* [s] simulated time of the next one */
+        for (int k = 0; k < sim->observers; k++)
+            sample = mill_least(sample, sim->observer[k]->next);
         const double halt = mill_least(sample, until) - sim->world->base;
         const double limit = mill_least(mill_greatest(halt, sim->now), MILL_WORLD_EPOCH);
         if (sim->soft)

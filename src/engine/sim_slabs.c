@@ -221,17 +221,6 @@ static void keep_pace(struct mill_pace *p, uint64_t events)
     p->events = 0;
 }
 
-/* Goes on with one thread. */
-static void go_alone(struct mill_sim_slabs *s, double limit, uint64_t *budget,
-                     const volatile sig_atomic_t *stop)
-{
-    const uint64_t part = *budget < CHUNK ? *budget : CHUNK;
-    uint64_t left = part;
-    mill_sim_take_events(s->of.sim, limit, &left, stop);
-    *budget -= part - left;
-    s->now.end = left > 0 ? limit : s->of.sim->now;
-}
-
 void mill_sim_slabs_run(struct mill_sim *sim, double limit, uint64_t *budget,
                         const volatile sig_atomic_t *stop)
 {
@@ -248,12 +237,17 @@ void mill_sim_slabs_run(struct mill_sim *sim, double limit, uint64_t *budget,
         s->now.begin = s->now.end;
         s->now.end = mill_least(limit, s->now.begin + s->duration);
         s->cut_short = s->now.end == limit;
-        if (shares)
+        if (shares) {
             share(s, budget, stop);
-        else if (flush(s, budget, stop))
-            go_alone(s, limit, budget, stop);
-        else
+        } else if (flush(s, budget, stop)) { /* one thread goes on */
+            uint64_t left = *budget < CHUNK ? *budget : CHUNK;
+            *budget -= left;
+            mill_sim_take_events(sim, limit, &left, stop);
+            *budget += left;
+            s->now.end = left > 0 ? limit : sim->now;
+        } else {
             s->now.end = s->last.end;
+        }
         keep_pace(&s->pace, before - *budget);
     }
     flush(s, budget, stop);

@@ -107,16 +107,14 @@ void mill_sim_state(struct mill_sim *sim, struct mill_state *state)
                              (uint64_t)w->shapes};
     uint64_t sizes[3] = {own[0], own[1], own[2]};
     mill_state_structs(state, "sizes", sizeof sizes, 1, sizes);
-    if (!state->loads && !sim->soft) {
-        tell_fields(sim, cells->cell, state);
-        return;
-    }
     if (memcmp(sizes, own, sizeof own) != 0)
         mill_state_refuse(state, "the saved balls are of another deck");
-    if (sim->soft) {
+    if (sim->soft)
         tell_soft(sim, state);
+    else if (!state->loads)
+        tell_fields(sim, cells->cell, state);
+    if (sim->soft || !state->loads)
         return;
-    }
     int32_t *cell = malloc(sizeof *cell * ((size_t)w->balls + 1));
     if (!cell)
         mill_state_refuse(state, "out of memory for the saved balls");
