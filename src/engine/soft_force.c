@@ -317,7 +317,7 @@ static int32_t find(const struct mill_soft_part *p, const struct mill_soft_ball 
 }
 
 static void press_place(struct mill_soft *s, struct mill_soft_part *p, int32_t i, int32_t number,
-                        const struct mill_contact *c)
+                        const struct mill_pose *pose, const struct mill_contact *c)
 {
     const struct mill_world *w = s->world;
     const struct mill_shape *shape = w->shape[number];
@@ -340,8 +340,6 @@ static void press_place(struct mill_soft *s, struct mill_soft_part *p, int32_t i
         t = make(p, &touch, course->number, MILL_NOBODY, course->touched);
         if (!t)
             return;
-        const struct mill_pose *pose =
-            shape->motion ? &s->pose[shape->motion->number] : &mill_pose_still;
         t->shape = number;
         t->place = mill_pose_in(pose, c->point);
         t->inward = mill_pose_turn_in(pose, c->normal);
@@ -394,7 +392,7 @@ static void press_walls(struct mill_soft *s, struct mill_soft_part *p, int32_t i
             const int places = mill_shape_places(shape, s->place[i].r, s->place[i].radius, pose, c,
                                                  MILL_SOFT_PLACES);
             for (int at = 0; at < places && c[at].gap < 0.0; at++)
-                press_place(s, p, i, k, &c[at]);
+                press_place(s, p, i, k, pose, &c[at]);
             due[k] = clock + mill_greatest(c[0].gap, 0.0);
         }
         /* on the common clock, which is never slower */
