@@ -83,7 +83,6 @@ static void restart_motions(const struct mill_world *w)
             w->motion[k]->type->restart(w->motion[k], t + MILL_WORLD_EPOCH, MILL_WORLD_EPOCH);
 }
 
-/* The state of soft spheres */
 static void tell_soft(struct mill_sim *sim, struct mill_state *state)
 {
     const struct mill_world *w = sim->world;

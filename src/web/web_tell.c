@@ -119,7 +119,6 @@ static void tell_container(struct mill_sink_json *json, const struct mill_deck *
     mill_tell_number(sink, "end", deck->observe.end, "s", "");
 }
 
-/* The full deck */
 static void tell_deck(struct mill_sink_json *json, const struct mill_deck *deck)
 {
     char *text = NULL;
