@@ -57,9 +57,7 @@ void mill_bridges_touch(struct mill_bridges *p, int32_t i, int32_t shape, vec3 n
         return;
     struct mill_bridge *b = &p->ball[i];
     b->touched = t;
-    b->x = normal.x;
-    b->y = normal.y;
-    b->z = normal.z;
+    b->normal = normal;
     b->shape = shape;
 }
 
@@ -86,7 +84,7 @@ static vec3 velocity_at(const struct mill_world *w, const struct mill_bridge *b,
 {
     const struct mill_pose pose = mill_shape_pose(w->shape[b->shape], t);
     const double radius = w->species[w->ball[i].species].radius;
-    return mill_pose_velocity(&pose, vec3_axpy(w->ball[i].r, -radius, vec3_make(b->x, b->y, b->z)));
+    return mill_pose_velocity(&pose, vec3_axpy(w->ball[i].r, -radius, b->normal));
 }
 
 /* Two balls between their surfaces */
@@ -126,22 +124,20 @@ double mill_bridges_push(struct mill_bridges *p, const struct mill_world *w, int
     if (t - a->touched > ta || t - b->touched > tb)
         return 0.0;
     const struct mill_shape *one = w->shape[a->shape], *other = w->shape[b->shape];
-    const double cos_a = vec3_dot(vec3_make(a->x, a->y, a->z), n),
-                 cos_b = -vec3_dot(vec3_make(b->x, b->y, b->z), n);
+    const double cos_a = vec3_dot(a->normal, n), cos_b = -vec3_dot(b->normal, n);
     if (one->motion == other->motion || cos_a <= 0.0 || cos_b <= 0.0)
         return 0.0;
     const double f = w->law[MILL_BALL_BALL].friction,
                  g = mill_greatest(w->law[one->kind].friction, w->law[other->kind].friction);
     const vec3 slide = vec3_sub(velocity_at(w, a, i, t), velocity_at(w, b, j, t));
-    const vec3 normal = vec3_make(a->x, a->y, a->z);
-    const struct wedge wedge = {.mass = sa->mass * sb->mass / (sa->mass + sb->mass),
-                                .radius = 0.5 * (sa->radius + sb->radius),
-                                .least = mill_least(cos_a, cos_b),
-                                .mean = 0.5 * (cos_a + cos_b),
-                                .held = (1.0 - f * g) / sqrt((1.0 + f * f) * (1.0 + g * g)),
-                                .slide =
-                                    vec3_norm(vec3_axpy(slide, -vec3_dot(slide, normal), normal)),
-                                .duration = mill_greatest(ta, tb)};
+    const struct wedge wedge = {
+        .mass = sa->mass * sb->mass / (sa->mass + sb->mass),
+        .radius = 0.5 * (sa->radius + sb->radius),
+        .least = mill_least(cos_a, cos_b),
+        .mean = 0.5 * (cos_a + cos_b),
+        .held = (1.0 - f * g) / sqrt((1.0 + f * f) * (1.0 + g * g)),
+        .slide = vec3_norm(vec3_axpy(slide, -vec3_dot(slide, a->normal), a->normal)),
+        .duration = mill_greatest(ta, tb)};
     const double sine = sqrt(mill_greatest(1.0 - wedge.mean * wedge.mean, 0.0));
     const double passage = 2.0 * wedge.radius * sine * (1.0 + wedge.mean) / wedge.slide;
     const bool crowded = t - a->other < passage || t - b->other < passage;

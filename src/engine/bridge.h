@@ -23,7 +23,7 @@ struct mill_bridge { /* of one ball; times are local [s] */
     /* [N s] given between surfaces; what is older than one duration no longer counts. INFINITY:
      * it gives way */
     double impulse;
-    double x, y, z; /* normal of that surface, into the ball */
+    vec3 normal; /* of that surface, into the ball */
     int32_t shape, partner;
 };
 

@@ -217,15 +217,10 @@ static void refile(struct mill_calendar *c, int32_t list)
 {
     int32_t item = c->head[list];
     c->head[list] = -1;
-    while (item >= 0) {
-        const int32_t next = event_of(c, item)->next;
-        if (list == c->days) {
-            file(c, item);
-        } else {
-            c->in_year--;
-            join_today(c, item);
-        }
-        item = next;
+    for (int32_t next; item >= 0; item = next) {
+        next = event_of(c, item)->next;
+        c->in_year -= list < c->days;
+        file(c, item);
     }
 }
 
@@ -333,10 +328,11 @@ double mill_calendar_width(const struct mill_calendar *c)
     return c->width;
 }
 
-/* Makes one list of all events and returns its first item. */
-static int32_t join_lists(struct mill_calendar *c)
+void mill_calendar_set_width(struct mill_calendar *c, double width)
 {
-    int32_t first = c->waiting;
+    assert(width > 0.0);
+    const double now = c->year_start + (double)c->today * c->width;
+    int32_t first = c->waiting; /* of one list of all events */
     if (first >= 0)
         event_of(c, first)->next = -1;
     for (int32_t k = 0; k < c->count; k++) {
@@ -349,22 +345,11 @@ static int32_t join_lists(struct mill_calendar *c)
             event_of(c, item)->next = first;
             first = item;
         }
-    return first;
-}
-
-void mill_calendar_set_width(struct mill_calendar *c, double width)
-{
-    assert(width > 0.0);
-    const double now = c->year_start + (double)c->today * c->width;
-    int32_t item = join_lists(c);
     c->width = width;
     c->per_width = 1.0 / width;
     empty(c, now);
-    while (item >= 0) {
-        const int32_t next = event_of(c, item)->next;
-        file(c, item);
-        item = next;
-    }
+    c->head[c->days] = first;
+    refile(c, c->days);
 }
 
 /* Changes the length of a day if days have too many or too few events: the last `days_passed` days

@@ -14,7 +14,6 @@
 
 #define MOST_ROOM 63.0 /* [balls] maximum initial room of a cell; it can be widened */
 
-/* Empty rows for all cells */
 static void *make_rows(const struct mill_cells *c)
 {
     return mill_memory_get((size_t)mill_cells_count(c) * (size_t)c->row, mill_cells_word_size(c));

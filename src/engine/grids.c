@@ -90,15 +90,15 @@ static bool is_within(const struct mill_cells *c, const int32_t d[3], double sum
 static bool make_view(struct mill_grids_view *v, const struct mill_cells *c, bool own, bool down)
 {
     const int32_t m = v->reach, wide = 2 * m + 1, nearest = own ? 1 : 0;
-    /* ahead: down, one cell of each line along the axis */
+    /* after a crossing: down, one cell of each line along the axis */
     const double most = wide * (double)wide * (wide + 6.0 * (down ? 1 : m + 1));
     if (most > INT32_MAX)
         return false;
     const int32_t all = wide * wide * wide;
-    int64_t *next = v->around = mill_memory_get((size_t)most, sizeof *next);
+    int64_t *next = mill_memory_get((size_t)most, sizeof *next);
     for (int face = -1; face < 6 && next; face++) {
-        int64_t *const begin = next;
         const int32_t way = face % 2 ? 1 : -1;
+        v->offset[1 + face] = next;
         for (int32_t k = 0; k < all; k++) {
             int32_t d[3] = {k / (wide * wide) - m, k / wide % wide - m, k % wide - m};
             const int64_t cells = ((int64_t)d[0] * c->n[1] + d[1]) * c->n[2] + d[2];
@@ -112,19 +112,9 @@ static bool make_view(struct mill_grids_view *v, const struct mill_cells *c, boo
             if (sees)
                 *next++ = cells * c->row; /* in words of the rows */
         }
-        if (face < 0) {
-            v->count = (int32_t)(next - begin);
-        } else {
-            v->ahead[face] = begin;
-            v->fresh[face] = (int32_t)(next - begin);
-        }
+        v->count[1 + face] = (int32_t)(next - v->offset[1 + face]);
     }
     return next != NULL;
-}
-
-static int32_t ceil_of(double x)
-{
-    return (int32_t)ceil(x);
 }
 
 /* The numbers of cells, and how far balls look */
@@ -149,7 +139,7 @@ static bool lay_out(struct mill_grids *g, const struct mill_world *w, const stru
     for (int a = 0; a < n; a++) {
         const int32_t before = a > 0 ? l->factor[a - 1] : 1;
         l->margin[a] = 1;
-        l->factor[a] = a > 0 ? before * ceil_of(of[a].widest * ROOM / (least * before)) : 1;
+        l->factor[a] = a > 0 ? before * (int32_t)ceil(of[a].widest * ROOM / (least * before)) : 1;
         l->factor[a] = l->factor[a] > 1 ? l->factor[a] : 1;
     }
     bool fits = true;
@@ -162,9 +152,9 @@ static bool lay_out(struct mill_grids *g, const struct mill_world *w, const stru
             const int small = a < b ? a : b;
             v->sum = of[a].equal && of[b].equal ? sum : 0.0;
             v->widest = sum * ROOM;
-            v->reach = a == b ? 1 : ceil_of(v->widest / (least * l->factor[small]));
+            v->reach = a == b ? 1 : (int32_t)ceil(v->widest / (least * l->factor[small]));
             if (a < b)
-                v->reach = ceil_of((double)v->reach * l->factor[a] / l->factor[b]);
+                v->reach = (int32_t)ceil((double)v->reach * l->factor[a] / l->factor[b]);
             l->margin[b] = v->reach > l->margin[b] ? v->reach : l->margin[b];
             fits = fits && l->inner[0] / l->factor[b] > 2 * v->reach;
         }
@@ -216,7 +206,7 @@ void mill_grids_release(struct mill_grids *g)
         if (g->own)
             mill_cells_release(&g->own[a]);
         for (int b = 0; b < MILL_GRIDS_MOST; b++)
-            free(g->view[a][b].around);
+            free(g->view[a][b].offset[0]);
     }
     free(g->own);
     free(g->class_of);
@@ -240,11 +230,9 @@ static void rescale(struct mill_grids *g, int in, int32_t row)
 {
     for (int a = 0; a < g->classes; a++) {
         const struct mill_grids_view *v = &g->view[a][in];
-        int32_t n = v->count;
-        for (int face = 0; face < 6; face++)
-            n += v->fresh[face];
-        for (int32_t k = 0; k < n; k++)
-            v->around[k] = v->around[k] / row * g->own[in].row;
+        for (int face = -1; face < 6; face++)
+            for (int32_t k = 0; k < v->count[1 + face]; k++)
+                v->offset[1 + face][k] = v->offset[1 + face][k] / row * g->own[in].row;
     }
 }
 
@@ -337,20 +325,15 @@ static int look_beyond(const struct mill_grids *g, struct mill_grids_look *look,
         mill_cells_index(c, look[k].cell, i);
         const int32_t low = count_below(&look[k], c->margin - i[0]);
         const int32_t high = count_below(&look[k], c->margin - i[0] + inner);
-        if (low > 0) {
-            struct mill_grids_look *l = &look[all++];
-            *l = look[k];
-            l->cell += whole;
-            l->count = low;
-            l->shift = g->period;
-        } else if (high < look[k].count) {
-            struct mill_grids_look *l = &look[all++];
-            *l = look[k];
-            l->cell -= whole;
-            l->offset += high;
-            l->count -= high;
-            l->shift = -g->period;
-        }
+        const int side = low > 0 ? 1 : high < look[k].count ? -1 : 0;
+        if (side == 0)
+            continue;
+        struct mill_grids_look *l = &look[all++];
+        *l = look[k];
+        l->cell += side * whole;
+        l->offset += side > 0 ? 0 : high;
+        l->count = side > 0 ? low : l->count - high;
+        l->shift = side * g->period;
     }
     return all;
 }
@@ -372,10 +355,10 @@ int mill_grids_look_all(const struct mill_grids *g, int32_t species, int32_t cel
         if (face >= 0 && cell_in(g, small, fine) == cell_in(g, small, before))
             continue; /* who is near the ball is as before */
         look[looks] = (struct mill_grids_look){.cells = &g->own[in],
-                                               .offset = face < 0 ? v->around : v->ahead[face],
+                                               .offset = v->offset[1 + face],
                                                .sum = v->sum,
                                                .cell = at,
-                                               .count = face < 0 ? v->count : v->fresh[face]};
+                                               .count = v->count[1 + face]};
         look[looks].threes = in == own && face < 4 && mill_cells_shortest(&g->own[in]);
         looks++;
     }

@@ -24,14 +24,14 @@ struct mill_grids_look {
     bool threes; /* see mill_cells_gather */
 };
 
-/* What balls of one class see in the grid of a class: the cells within reach, and those that may
- * hold balls newly near them after they have crossed each face */
+/* What balls of one class see in the grid of a class: [0] the cells within reach, and [1 + face]
+ * those that may hold balls newly near them after they have crossed a face */
 struct mill_grids_view {
     double sum;    /* see mill_grids_look */
     double widest; /* [m] maximum sum of the radii */
     int32_t reach; /* [cells] of that grid, to each side */
-    int32_t count, fresh[6];
-    int64_t *around, *ahead[6]; /* one array */
+    int32_t count[7];
+    int64_t *offset[7]; /* one array */
 };
 
 struct mill_grids {
@@ -87,7 +87,7 @@ static inline int mill_grids_look(const struct mill_grids *g, int32_t species, i
     if (!g->plain)
         return mill_grids_look_all(g, species, cell, face, look);
     look->cells = c;
-    look->offset = face < 0 ? g->view[0][0].around : g->view[0][0].ahead[face];
+    look->offset = g->view[0][0].offset[1 + face];
     look->sum = g->view[0][0].sum;
     look->cell = cell;
     look->count = face < 0 ? 27 : 9;

@@ -35,19 +35,14 @@ bool mill_rest_create(struct mill_schedule *q, double widening)
     struct mill_rest *p = &q->rest;
     const struct mill_world *w = q->world;
     const double g = q->pull, calm = CALM * w->rebound_floor;
-    double thinnest = INFINITY, widest = 0.0;
     p->widening = widening;
-    for (int k = 0; k < w->species_count; k++) {
-        thinnest = fmin(thinnest, q->radius[k]);
-        widest = fmax(widest, q->radius[k]);
-    }
     p->hop = 0.5 * calm * calm / g;
-    if (w->container.period > 0.0 || !(g > 0.0) || !(calm > 0.0) || !(p->hop <= LIFT * thinnest) ||
-        !is_swift(q))
+    if (w->container.period > 0.0 || !(g > 0.0) || !(calm > 0.0) ||
+        !(p->hop <= LIFT * q->thinnest) || !is_swift(q))
         return true;
     p->calm = calm;
     p->up = vec3_scale(w->g, -1.0 / g);
-    p->epochs = (int32_t)fmax(2.0, ceil(WHILE * sqrt(widest / g) / MILL_WORLD_EPOCH));
+    p->epochs = (int32_t)fmax(2.0, ceil(WHILE * sqrt(q->widest / g) / MILL_WORLD_EPOCH));
     p->place = mill_memory_get((size_t)w->balls, sizeof *p->place);
     p->calm_epochs = mill_memory_get((size_t)w->balls, sizeof *p->calm_epochs);
     for (int32_t i = 0; p->place && i < w->balls; i++)

@@ -24,9 +24,10 @@
 #define LATELY 0.01 /* [radii] how far a moving body may move before its pose is computed again */
 
 /* Lists for each cell the shapes that a ball in it can meet. */
-static bool list_surfaces(struct mill_schedule *p, double widest)
+static bool list_surfaces(struct mill_schedule *p)
 {
     const struct mill_world *w = p->world;
+    const double widest = p->widest;
     const int32_t cells = mill_cells_count(p->cells);
     p->surface_start = malloc(sizeof *p->surface_start * ((size_t)cells + 1));
     if (!p->surface_start)
@@ -66,17 +67,16 @@ static bool list_surfaces(struct mill_schedule *p, double widest)
 /* How much wider than necessary the cells are. The smallest possible cells are fastest if balls are
  * close together, which is so in every mill: gravity or a rotor gathers them. In a dilute gas,
  * larger cells make fewer crossings. */
-static double widening_of(const struct mill_world *w, double diameter)
+static double widening_of(const struct mill_schedule *p)
 {
+    const struct mill_world *w = p->world;
+    const double diameter = 2.0 * p->widest;
     const double room = MILL_PI * w->drum_radius * w->drum_radius * w->drum_length;
     /* balls per cell */
     const double held = (double)w->balls * diameter * diameter * diameter / room;
-    bool gas = w->g.x == 0.0 && w->g.y == 0.0 && w->g.z == 0.0;
-    for (int k = 0; k < w->motions; k++) {
-        const struct mill_motion_bounds b =
-            mill_motion_bounds(w->motion[k], vec3_make(0.0, 0.0, 0.0));
-        gas = gas && b.speed <= 0.0 && b.turning <= 0.0;
-    }
+    bool gas = p->pull == 0.0;
+    for (int k = 0; k < w->motions; k++)
+        gas = gas && p->lately[k].drift <= 0.0;
     return gas && held < DILUTE ? fmin(mill_elementary_cbrt(HELD / held), WIDEST) : 1.0;
 }
 
@@ -134,11 +134,11 @@ static bool make_buffers(struct mill_schedule *p)
 static bool build(struct mill_schedule *p, struct mill_world *w)
 {
     const size_t n = room_of(w);
-    double widest = 0.0, thinnest = INFINITY;
     mill_schedule_ahead_again(p);
     p->world = w;
     p->search = mill_pairs_choose();
     p->pull = vec3_norm(w->g);
+    p->thinnest = INFINITY;
     p->lately = calloc((size_t)w->motions + 1, sizeof *p->lately);
     p->radius = malloc(sizeof *p->radius * (size_t)w->species_count);
     p->plan = mill_memory_get(n, sizeof *p->plan);
@@ -147,15 +147,15 @@ static bool build(struct mill_schedule *p, struct mill_world *w)
         return false;
     for (int k = 0; k < w->species_count; k++) {
         p->radius[k] = w->species[k].radius;
-        widest = fmax(widest, p->radius[k]);
-        thinnest = fmin(thinnest, p->radius[k]);
+        p->widest = fmax(p->widest, p->radius[k]);
+        p->thinnest = fmin(p->thinnest, p->radius[k]);
     }
     for (int k = 0; k < w->motions; k++)
-        p->lately[k] = bounds_of(w, k, thinnest);
-    const double widening = widening_of(w, 2.0 * widest);
+        p->lately[k] = bounds_of(w, k, p->thinnest);
+    const double widening = widening_of(p);
     bool made = mill_grids_init(&p->grids, w, widening) && mill_rest_create(p, widening);
     p->cells = p->grids.own;
-    made = made && list_surfaces(p, widest);
+    made = made && list_surfaces(p);
     for (int32_t i = 0; i < w->balls && made; i++)
         made = mill_grids_insert(&p->grids, i, w->ball[i].species,
                                  mill_cells_at(p->cells, w->ball[i].r));

@@ -80,6 +80,7 @@ struct mill_schedule {
     double pull;                /* [m/s^2] of gravity */
     double horizon;             /* [s] local time up to which surfaces are searched */
     double *radius;             /* [m] of each species */
+    double thinnest, widest;    /* [m] of these radii */
     int32_t *surface_start; /* [cells + 1] indices into surface: the shapes that balls in each cell
                                can touch */
     struct mill_surface *surface;

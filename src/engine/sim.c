@@ -39,20 +39,16 @@ void mill_sim_audit(struct mill_sim *sim)
     }
 }
 
-static void end_soft_epoch(struct mill_sim *sim)
-{
-    mill_world_restart(sim->world);
-    sim->now = 0.0;
-    if (!mill_soft_restart(sim->soft))
-        sim->status = mill_error_set(sim->error, MILL_FAILED, "out of memory for the soft spheres");
-}
-
 /* Ends the epoch and begins the next one. */
 static void end_epoch(struct mill_sim *sim)
 {
     struct mill_world *w = sim->world;
     if (sim->soft) {
-        end_soft_epoch(sim);
+        mill_world_restart(w);
+        sim->now = 0.0;
+        if (!mill_soft_restart(sim->soft))
+            sim->status =
+                mill_error_set(sim->error, MILL_FAILED, "out of memory for the soft spheres");
         return;
     }
     sim->now = MILL_WORLD_EPOCH;
@@ -74,7 +70,7 @@ static void end_epoch(struct mill_sim *sim)
         return;
     begin_epoch(sim);
     if (sim->proof)
-        sim->proof->planned(sim);
+        sim->proof->all(sim, true);
 }
 
 /* ---- the loop ---- */
@@ -193,15 +189,6 @@ static void take_samples(struct mill_sim *sim, double due)
     }
 }
 
-/* [s] simulated time of the next sample */
-static double next_sample(const struct mill_sim *sim)
-{
-    double next = INFINITY;
-    for (int k = 0; k < sim->observers; k++)
-        next = mill_least(next, sim->observer[k]->next);
-    return next;
-}
-
 enum mill_status mill_sim_run(struct mill_sim *sim, double until, uint64_t budget,
                               const volatile sig_atomic_t *stop, struct mill_error *error)
 {
@@ -211,8 +198,10 @@ enum mill_status mill_sim_run(struct mill_sim *sim, double until, uint64_t budge
     sim->world->counts.quartics.check = sim->proof ? sim->proof->check : NULL;
     if (sim->slabs)
         mill_sim_slabs_begin(sim->slabs);
-    while (budget > 0) {
-        const double sample = next_sample(sim);
+    while (budget > 0 && sim->status == MILL_OK) {
+        double sample = INFINITY; /* [s] simulated time of the next one */
+        for (int k = 0; k < sim->observers; k++)
+            sample = mill_least(sample, sim->observer[k]->next);
         const double halt = mill_least(sample, until) - sim->world->base;
         const double limit = mill_least(mill_greatest(halt, sim->now), MILL_WORLD_EPOCH);
         if (sim->soft)
@@ -235,8 +224,6 @@ enum mill_status mill_sim_run(struct mill_sim *sim, double until, uint64_t budge
         }
         if (sim->status == MILL_OK && stop && *stop)
             sim->status = MILL_STOPPED;
-        if (sim->status != MILL_OK)
-            break;
     }
     if (sim->slabs)
         mill_sim_slabs_end(sim->slabs);

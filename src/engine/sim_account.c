@@ -69,22 +69,16 @@ static bool tell_impact(struct mill_sim *sim, const struct mill_impact *impact)
     return goes_on;
 }
 
-static void tell_relief(struct mill_sim *sim, const struct mill_sim_entry *entry)
+static void tell(struct mill_sim *sim, const struct mill_sim_entry *entry)
 {
     const struct mill_impact *at = &entry->impact;
-    bool goes_on = true;
+    bool goes_on = entry->clear || (tell_impact(sim, at) && entry->let_go);
     for (int k = 0; goes_on && k < sim->observers; k++) {
         struct mill_observer *o = sim->observer[k];
         goes_on =
             !o->type->relief ||
             mill_sim_heed(sim, o->type->relief(o, at->ball, at->time, entry->let_go, sim->error));
     }
-}
-
-static void tell(struct mill_sim *sim, const struct mill_sim_entry *entry)
-{
-    if ((entry->clear || tell_impact(sim, &entry->impact)) && (entry->clear || entry->let_go))
-        tell_relief(sim, entry);
 }
 
 void mill_sim_count(struct mill_sim *sim, const struct mill_sim_entry *entry)

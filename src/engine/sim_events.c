@@ -42,21 +42,15 @@ static void watch_time(struct mill_sim *sim, int32_t i, double t)
             sim->world->rebound_floor);
 }
 
-/* The ball with the first event, and its time. -1: none */
-static int32_t next_event(struct mill_sim *sim, double *t)
-{
-    struct mill_schedule *p = sim->schedule;
-    return p->slabs ? mill_slabs_next(p->slabs, t) : mill_calendar_next(p->calendar, t);
-}
-
 void mill_sim_take_events(struct mill_sim *sim, double limit, uint64_t *budget,
                           const volatile sig_atomic_t *stop)
 {
     const bool large = sim->world->balls >= MILL_SIM_LARGE;
+    const struct mill_schedule *p = sim->schedule;
     double t;
-    int32_t i;
     for (; sim->status == MILL_OK && *budget > 0; --*budget) {
-        i = next_event(sim, &t);
+        const int32_t i =
+            p->slabs ? mill_slabs_next(p->slabs, &t) : mill_calendar_next(p->calendar, &t);
         if (i < 0 || t >= limit)
             return;
         if (stop && *stop)

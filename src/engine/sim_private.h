@@ -41,8 +41,8 @@ struct mill_sim_proof {
     struct mill_poly_check *check;
     bool (*before)(struct mill_sim *sim, int32_t i, double t); /* of the event of ball i */
     bool (*after)(struct mill_sim *sim, int32_t i);
-    bool (*planned)(struct mill_sim *sim); /* all balls have been planned now */
-    bool (*account)(struct mill_sim *sim); /* a call of mill_sim_run ends */
+    bool (*all)(struct mill_sim *sim, bool fresh); /* fresh: all balls have been planned now */
+    bool (*account)(struct mill_sim *sim);         /* a call of mill_sim_run ends */
 };
 
 struct mill_soft;
@@ -137,10 +137,8 @@ static inline void mill_sim_move(struct mill_world *w, int32_t i, double t)
 
 /* ---- the loop on several threads (sim_slabs.c) ---- */
 
-enum {
-    MILL_SIM_LARGE = 20000
-}; /* balls, from which schedule_ahead.c saves more time than it
-      takes */
+/* balls, from which schedule_ahead.c saves more time than it takes */
+enum { MILL_SIM_LARGE = 20000 };
 
 /* insists: one thread never goes on alone because this is faster. NULL: out of memory, or the mill
  * is too short */

@@ -123,14 +123,6 @@ int32_t mill_sim_rest_meet(struct mill_sim *sim, int32_t i, int32_t j, double sp
     return MILL_NOBODY;
 }
 
-/* Is ball i calm now? */
-static bool is_calm(const struct mill_sim *sim, int32_t i)
-{
-    const double calm = sim->schedule->rest.calm, radius = radius_of(sim, i);
-    const vec3 v = sim->world->ball[i].v, spin = sim->world->spin[i];
-    return vec3_dot(v, v) <= calm * calm && vec3_dot(spin, spin) * radius * radius <= calm * calm;
-}
-
 void mill_sim_rest_settle(struct mill_sim *sim)
 {
     struct mill_rest *rest = &sim->schedule->rest;
@@ -146,7 +138,10 @@ void mill_sim_rest_settle(struct mill_sim *sim)
             continue;
         }
         leave_place(sim, i, &list);
-        rest->calm_epochs[i] = is_calm(sim, i) ? rest->calm_epochs[i] + 1 : 0;
+        const double most = rest->calm * rest->calm, radius = radius_of(sim, i);
+        const vec3 v = w->ball[i].v, spin = w->spin[i];
+        const bool calm = vec3_dot(v, v) <= most && vec3_dot(spin, spin) * radius * radius <= most;
+        rest->calm_epochs[i] = calm ? rest->calm_epochs[i] + 1 : 0;
         ready += rest->calm_epochs[i] >= rest->epochs;
     }
     if ((double)(ready + w->counts.asleep) < WORTH * (double)w->balls)

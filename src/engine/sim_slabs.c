@@ -139,15 +139,6 @@ static bool flush(struct mill_sim_slabs *s, uint64_t *budget, const volatile sig
     return false;
 }
 
-static void choose_duration(struct mill_sim_slabs *s, uint64_t events)
-{
-    const double factor = aim_of(s) / mill_greatest((double)events, 1.0);
-    if (s->patience > 0)
-        s->patience--;
-    else if (!s->cut_short)
-        s->duration *= mill_least(mill_greatest(factor, 0.5), 2.0);
-}
-
 /* Compares what the threads had to do, and cuts the mill again if it was not the same. */
 static void balance(struct mill_sim_slabs *s)
 {
@@ -189,7 +180,11 @@ static void share(struct mill_sim_slabs *s, uint64_t *budget, const volatile sig
             l->done += l->log[s->now.number % 2].event.count;
         }
         *budget -= events < *budget ? events : *budget;
-        choose_duration(s, events);
+        const double factor = aim_of(s) / mill_greatest((double)events, 1.0);
+        if (s->patience > 0)
+            s->patience--;
+        else if (!s->cut_short)
+            s->duration *= mill_least(mill_greatest(factor, 0.5), 2.0);
         s->last = s->now;
     }
 }
@@ -226,17 +221,6 @@ static void keep_pace(struct mill_pace *p, uint64_t events)
     p->events = 0;
 }
 
-/* Goes on with one thread. */
-static void go_alone(struct mill_sim_slabs *s, double limit, uint64_t *budget,
-                     const volatile sig_atomic_t *stop)
-{
-    const uint64_t part = *budget < CHUNK ? *budget : CHUNK;
-    uint64_t left = part;
-    mill_sim_take_events(s->of.sim, limit, &left, stop);
-    *budget -= part - left;
-    s->now.end = left > 0 ? limit : s->of.sim->now;
-}
-
 void mill_sim_slabs_run(struct mill_sim *sim, double limit, uint64_t *budget,
                         const volatile sig_atomic_t *stop)
 {
@@ -253,12 +237,17 @@ void mill_sim_slabs_run(struct mill_sim *sim, double limit, uint64_t *budget,
         s->now.begin = s->now.end;
         s->now.end = mill_least(limit, s->now.begin + s->duration);
         s->cut_short = s->now.end == limit;
-        if (shares)
+        if (shares) {
             share(s, budget, stop);
-        else if (flush(s, budget, stop))
-            go_alone(s, limit, budget, stop);
-        else
+        } else if (flush(s, budget, stop)) { /* one thread goes on */
+            uint64_t left = *budget < CHUNK ? *budget : CHUNK;
+            *budget -= left;
+            mill_sim_take_events(sim, limit, &left, stop);
+            *budget += left;
+            s->now.end = left > 0 ? limit : sim->now;
+        } else {
             s->now.end = s->last.end;
+        }
         keep_pace(&s->pace, before - *budget);
     }
     flush(s, budget, stop);

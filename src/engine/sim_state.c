@@ -65,8 +65,7 @@ static void tell_fields(struct mill_sim *s, int32_t *cell, struct mill_state *st
     mill_state_structs(state, "plan", sizeof *s->schedule->plan, n, s->schedule->plan);
     mill_state_structs(state, "pinch", sizeof *s->pinches.ball, s->pinches.ball ? n : 0,
                        s->pinches.ball);
-    if (s->met)
-        mill_state_field(state, "met", MILL_FIELD_F64, n, s->met);
+    mill_state_field(state, "met", MILL_FIELD_F64, n, s->met);
     mill_state_structs(state, "bridge", sizeof *s->bridges.ball, s->bridges.ball ? n : 0,
                        s->bridges.ball);
     mill_state_field(state, "cell", MILL_FIELD_I32, n, cell);
@@ -84,7 +83,6 @@ static void restart_motions(const struct mill_world *w)
             w->motion[k]->type->restart(w->motion[k], t + MILL_WORLD_EPOCH, MILL_WORLD_EPOCH);
 }
 
-/* The state of soft spheres */
 static void tell_soft(struct mill_sim *sim, struct mill_state *state)
 {
     const struct mill_world *w = sim->world;
@@ -108,16 +106,14 @@ void mill_sim_state(struct mill_sim *sim, struct mill_state *state)
                              (uint64_t)w->shapes};
     uint64_t sizes[3] = {own[0], own[1], own[2]};
     mill_state_structs(state, "sizes", sizeof sizes, 1, sizes);
-    if (!state->loads && !sim->soft) {
-        tell_fields(sim, cells->cell, state);
-        return;
-    }
     if (memcmp(sizes, own, sizeof own) != 0)
         mill_state_refuse(state, "the saved balls are of another deck");
-    if (sim->soft) {
+    if (sim->soft)
         tell_soft(sim, state);
+    else if (!state->loads)
+        tell_fields(sim, cells->cell, state);
+    if (sim->soft || !state->loads)
         return;
-    }
     int32_t *cell = malloc(sizeof *cell * ((size_t)w->balls + 1));
     if (!cell)
         mill_state_refuse(state, "out of memory for the saved balls");

@@ -230,32 +230,18 @@ int32_t mill_slabs_next(struct mill_slabs *s, double *t)
     return first;
 }
 
-/* The blocks in which ball i's event changes balls; returns their number. */
-static int places_of(const struct mill_slabs *s, int32_t i, int32_t place[2])
+/* The blocks in which ball i's event changes balls; returns their number. *cell: in which the ball
+ * is afterwards */
+static int places_of(const struct mill_slabs *s, int32_t i, int32_t place[2], int32_t *cell)
 {
     const struct mill_plan *plan = &s->schedule->plan[i];
-    const int32_t cell = s->schedule->cells->cell[i];
     double shift;
-    place[0] = block_of(s, cell);
-    if (plan->next == MILL_NEXT_PAIR)
-        place[1] = block_of_ball(s, plan->partner);
-    else if (plan->next == MILL_NEXT_EXIT)
-        place[1] = block_of(s, mill_grids_across(&s->schedule->grids, cell, plan->face, &shift));
-    else
-        return 1;
-    return 2;
-}
-
-/* Does ball i's event need more memory for the rows of the cell grid? */
-static bool widens(const struct mill_slabs *s, int32_t i)
-{
-    const struct mill_schedule *p = s->schedule;
-    const struct mill_plan *plan = &p->plan[i];
-    double shift;
-    return plan->next == MILL_NEXT_EXIT &&
-           !mill_grids_has_room(
-               &p->grids, p->world->ball[i].species,
-               mill_grids_across(&p->grids, p->cells->cell[i], plan->face, &shift));
+    *cell = s->schedule->cells->cell[i];
+    place[0] = block_of(s, *cell);
+    if (plan->next == MILL_NEXT_EXIT)
+        *cell = mill_grids_across(&s->schedule->grids, *cell, plan->face, &shift);
+    place[1] = plan->next == MILL_NEXT_PAIR ? block_of_ball(s, plan->partner) : block_of(s, *cell);
+    return plan->next == MILL_NEXT_PAIR || plan->next == MILL_NEXT_EXIT ? 2 : 1;
 }
 
 /* Lists a block and those next to it, in a periodic mill also at its other end. */
@@ -274,32 +260,29 @@ static void look_around(const struct mill_slabs *s, int32_t place, int32_t block
     }
 }
 
-/* Events in this block and next to it must wait. */
-static void mark_around(struct mill_slabs *s, const struct mill_slab *slab, int32_t place)
-{
-    int32_t block[AROUND];
-    look_around(s, place, block);
-    for (int n = 0; n < AROUND; n++)
-        if (block[n] >= slab->lo && block[n] < slab->hi)
-            s->mark[block[n]].waits = s->tag;
-}
-
 bool mill_slabs_claim(struct mill_slabs *s, const struct mill_slab *slab, int32_t i, double t)
 {
-    int32_t place[2];
-    const int places = places_of(s, i, place);
+    const struct mill_schedule *p = s->schedule;
+    int32_t place[2], block[AROUND], cell;
+    const int places = places_of(s, i, place, &cell);
     bool may = true;
     for (int k = 0; k < places && may; k++)
         may = place[k] >= slab->inner_lo && place[k] < slab->inner_hi &&
               s->mark[place[k]].waits != s->tag;
-    may = may && !widens(s, i);
+    /* no event may need more memory for the rows of the cell grid */
+    may = may && (p->plan[i].next != MILL_NEXT_EXIT ||
+                  mill_grids_has_room(&p->grids, p->world->ball[i].species, cell));
     const float done = (float)((t - s->begin) * ROUNDED_UP);
     for (int k = 0; k < places; k++) {
         struct mill_slab_mark *m = &s->mark[place[k]];
-        if (may)
+        if (may) {
             *m = (struct mill_slab_mark){done, s->tag, m->waits};
-        else
-            mark_around(s, slab, place[k]);
+            continue;
+        }
+        look_around(s, place[k], block);
+        for (int n = 0; n < AROUND; n++)
+            if (block[n] >= slab->lo && block[n] < slab->hi)
+                s->mark[block[n]].waits = s->tag;
     }
     if (!may)
         mill_calendar_set(slab->calendar, i, INFINITY);
@@ -308,8 +291,8 @@ bool mill_slabs_claim(struct mill_slabs *s, const struct mill_slab *slab, int32_
 
 bool mill_slabs_passed(const struct mill_slabs *s, int32_t i, double t)
 {
-    int32_t place[2], block[AROUND];
-    const int places = places_of(s, i, place);
+    int32_t place[2], block[AROUND], cell;
+    const int places = places_of(s, i, place, &cell);
     for (int k = 0; k < places; k++) {
         look_around(s, place[k], block);
         for (int n = 0; n < AROUND; n++) {

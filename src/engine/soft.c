@@ -102,22 +102,6 @@ static bool arrive(struct mill_soft *s)
 
 /* ---- the world at a step ---- */
 
-static void add_account(struct mill_account *all, const struct mill_account *a, int kinds,
-                        int motions)
-{
-    all->work += a->work;
-    all->work_gross += a->work_gross;
-    all->dissipation_gross += a->dissipation_gross;
-    for (int k = 0; k < motions; k++) {
-        all->motion[k].work += a->motion[k].work;
-        all->motion[k].impulse += a->motion[k].impulse;
-    }
-    for (int k = 0; k < kinds; k++) {
-        all->dissipation[k] += a->dissipation[k];
-        all->dissipation_normal[k] += a->dissipation_normal[k];
-    }
-}
-
 /* [J] in the springs of a part, in an order that does not depend on its pool */
 static double stored_in(const struct mill_soft *s, const struct mill_soft_part *p)
 {
@@ -143,7 +127,7 @@ static void publish(struct mill_soft *s)
     w->soft_facts.contacts = w->soft_facts.crowded = 0;
     for (int k = 0; k < s->parts; k++) {
         const struct mill_soft_part *p = &s->part[k];
-        add_account(a, &p->tally.account, w->kinds.count, w->motions);
+        mill_world_add_account(a, &p->tally.account);
         w->soft_facts.contacts += p->tally.contacts;
         w->soft_facts.crowded += p->tally.crowded;
         w->soft_facts.force = mill_greatest(w->soft_facts.force, p->tally.force);
@@ -208,7 +192,6 @@ static void seat(struct mill_soft *s, const struct mill_soft_ball *from)
         s->ball[k].w = w->spin[i];
         s->ball[k].per_mass = 1.0 / kind->mass;
         s->ball[k].per_inertia = 1.0 / kind->inertia;
-        s->ball[k].walls = -1;
         s->course[k].number = i;
         s->course[k].species = w->ball[i].species;
         s->place[k] = (struct mill_soft_place){w->ball[i].r, kind->radius};
@@ -218,13 +201,12 @@ static void seat(struct mill_soft *s, const struct mill_soft_ball *from)
 /* Puts contacts into the pools of the balls that now have them, and makes the lists. */
 static bool pool(struct mill_soft *s, const struct mill_soft_touch *touch, size_t count)
 {
-    for (int k = 0; k < s->parts; k++) {
-        s->part[k].touch.count = 0;
-        s->part[k].unused = -1;
-    }
+    mill_soft_forget(s);
     for (size_t n = 0; n < count; n++) {
         const int32_t slot = mill_soft_owner(s, &touch[n]);
-        struct mill_soft_part *p = mill_soft_part_of(s, slot);
+        struct mill_soft_part *p = s->part;
+        while (slot >= p->last)
+            p++;
         const int32_t at = mill_soft_touch_get(p);
         if (at < 0)
             return false;
@@ -232,7 +214,6 @@ static bool pool(struct mill_soft *s, const struct mill_soft_touch *touch, size_
         if (touch[n].b < 0)
             mill_soft_touch_link(p, &s->ball[slot], at);
     }
-    s->listed = -INFINITY; /* there are other balls in the slots */
     return mill_soft_list(s);
 }
 
@@ -254,13 +235,11 @@ static struct mill_soft_touch *collect(const struct mill_soft *s, size_t *count)
 }
 
 /* New slots for all balls, and the contacts to where they belong */
-static bool resettle(struct mill_soft *s, bool sorts, const struct mill_soft_touch *touch,
-                     size_t count)
+static bool resettle(struct mill_soft *s, const struct mill_soft_touch *touch, size_t count)
 {
     for (int32_t i = 0; i < s->world->balls; i++)
         s->spare[s->course[i].number] = s->ball[i];
-    if (sorts)
-        mill_soft_sort(s);
+    mill_soft_sort(s);
     seat(s, s->spare);
     return pool(s, touch, count);
 }
@@ -274,7 +253,7 @@ bool mill_soft_restart(struct mill_soft *s)
     s->step = 0;
     for (int32_t i = 0; i < s->world->balls; i++)
         s->world->ball[i].t = 0.0;
-    const bool good = touch && resettle(s, true, touch, count);
+    const bool good = touch && resettle(s, touch, count);
     free(touch);
     return good;
 }
@@ -324,7 +303,7 @@ struct mill_soft *mill_soft_create(struct mill_world *w, struct mill_soft_spring
             s->ball[i].gain = w->g;
         }
         find_speeds(s);
-        good = resettle(s, true, NULL, 0);
+        good = resettle(s, NULL, 0);
     }
     if (good)
         return s;

@@ -192,16 +192,16 @@ struct mill_soft {
     struct mill_world *world;
     struct mill_soft_watch *watch; /* NULL: this program computes the run */
     struct mill_soft_spring *spring;
-    double dt;              /* [s] */
-    int64_t steps;          /* in an epoch */
-    int64_t step;           /* in this epoch, so far */
-    double skin;            /* [m] lists hold pairs with smaller gaps */
-    double thinnest;        /* [m] smallest radius */
-    double path;            /* [m] no ball has gone farther since t = 0 */
-    double listed;          /* [m] the path when the lists were made */
-    double passed;          /* [s] since t = 0 */
-    double swiftest;        /* [m/s] no surface is faster, where balls can be */
-    struct mill_world wide; /* as the world, with balls that are larger by the skin */
+    double dt;                 /* [s] */
+    int64_t steps;             /* in an epoch */
+    int64_t step;              /* in this epoch, so far */
+    double skin;               /* [m] lists hold pairs with smaller gaps */
+    double thinnest, thickest; /* [m] smallest and largest radius */
+    double path;               /* [m] no ball has gone farther since t = 0 */
+    double listed;             /* [m] the path when the lists were made */
+    double passed;             /* [s] since t = 0 */
+    double swiftest;           /* [m/s] no surface is faster, where balls can be */
+    struct mill_world wide;    /* as the world, with balls that are larger by the skin */
     struct mill_grids grids;
     struct mill_soft_place *place;
     struct mill_soft_load *load;
@@ -265,8 +265,10 @@ void mill_soft_sort(struct mill_soft *soft);
 /* Makes new lists of neighbours and puts the contacts into them. */
 bool mill_soft_list(struct mill_soft *soft);
 
-/* The part that has a slot, and the slot that has a contact: the lower one of two balls */
-struct mill_soft_part *mill_soft_part_of(struct mill_soft *soft, int32_t slot);
+/* All contacts are over, or are put into the pools and lists again. */
+void mill_soft_forget(struct mill_soft *soft);
+
+/* The slot that has a contact: the lower one of two balls */
 int32_t mill_soft_owner(const struct mill_soft *soft, const struct mill_soft_touch *touch);
 
 /* A place for a new contact in a part's pool, or -1: out of memory; and back */

@@ -25,17 +25,12 @@ struct push {
     double work, work_normal;   /* [J] into the contact in this step */
 };
 
-static const vec3 zero = {0.0, 0.0, 0.0};
-
 /* A contact begins: `age` [s] ago. */
 static void begin(const struct mill_soft *s, const struct mill_soft_meeting *m,
                   const struct push *u, struct mill_soft_touch *t, double age)
 {
     t->spring = vec3_scale(u->along, age);
     t->damping = mill_soft_damping_at(m->spring, u->closing);
-    t->pressing = t->power = t->power_normal = t->rest = 0.0;
-    t->energy = t->energy_normal = t->lost = t->lost_normal = 0.0;
-    t->drag = t->impulse = zero;
     t->speed = mill_greatest(u->closing, 0.0);
     t->slip = u->along;
     t->point = m->point;
@@ -201,11 +196,8 @@ static struct mill_soft_touch *make(struct mill_soft_part *p, int32_t *touch, in
         return NULL;
     }
     struct mill_soft_touch *t = mill_soft_touch(p, *touch);
-    t->a = a;
-    t->b = b;
-    t->shape = t->next = -1;
-    t->place = t->inward = vec3_make(0.0, 0.0, 0.0);
-    t->flags = crowded ? MILL_SOFT_CROWDED : 0;
+    *t = (struct mill_soft_touch){
+        .a = a, .b = b, .shape = -1, .next = -1, .flags = crowded ? MILL_SOFT_CROWDED : 0};
     p->tally.contacts++;
     p->tally.crowded += crowded;
     return t;
@@ -325,7 +317,7 @@ static int32_t find(const struct mill_soft_part *p, const struct mill_soft_ball 
 }
 
 static void press_place(struct mill_soft *s, struct mill_soft_part *p, int32_t i, int32_t number,
-                        const struct mill_contact *c)
+                        const struct mill_pose *pose, const struct mill_contact *c)
 {
     const struct mill_world *w = s->world;
     const struct mill_shape *shape = w->shape[number];
@@ -348,8 +340,6 @@ static void press_place(struct mill_soft *s, struct mill_soft_part *p, int32_t i
         t = make(p, &touch, course->number, MILL_NOBODY, course->touched);
         if (!t)
             return;
-        const struct mill_pose *pose =
-            shape->motion ? &s->pose[shape->motion->number] : &mill_pose_still;
         t->shape = number;
         t->place = mill_pose_in(pose, c->point);
         t->inward = mill_pose_turn_in(pose, c->normal);
@@ -402,7 +392,7 @@ static void press_walls(struct mill_soft *s, struct mill_soft_part *p, int32_t i
             const int places = mill_shape_places(shape, s->place[i].r, s->place[i].radius, pose, c,
                                                  MILL_SOFT_PLACES);
             for (int at = 0; at < places && c[at].gap < 0.0; at++)
-                press_place(s, p, i, k, &c[at]);
+                press_place(s, p, i, k, pose, &c[at]);
             due[k] = clock + mill_greatest(c[0].gap, 0.0);
         }
         /* on the common clock, which is never slower */

@@ -15,7 +15,6 @@
 #define FALL 0.3        /* below the surfaces' speed in all mills that lift their balls well */
 #define ROUGH 0.01      /* below this tangential restitution the damping is that of this one */
 enum { HALVINGS = 40 }; /* of an interval in which a damping is searched */
-#define PI 3.14159265358979323846
 
 /* Depth, its rate, and the tangential spring with its rate */
 struct motion {

@@ -18,12 +18,12 @@ bool mill_soft_lists_create(struct mill_soft *s)
     const struct mill_world *w = s->world;
     const size_t n = (size_t)w->balls;
     const int many = w->balls / SMALL, most = many < SMALL_PARTS ? many : SMALL_PARTS;
-    double widest = 0.0;
     s->thinnest = INFINITY;
     for (int k = 0; k < w->species_count; k++) {
-        widest = mill_greatest(widest, 2.0 * w->species[k].radius);
+        s->thickest = mill_greatest(s->thickest, w->species[k].radius);
         s->thinnest = mill_least(s->thinnest, w->species[k].radius);
     }
+    const double widest = 2.0 * s->thickest;
     s->skin = SKIN * widest;
     if (w->container.period > 0.0) /* a slice must stay longer than three of the wider balls */
         s->skin = mill_least(s->skin, 0.9 * (w->container.period / 3.0 - widest));
@@ -60,8 +60,6 @@ bool mill_soft_lists_create(struct mill_soft *s)
         for (int to = 0; to < 2 * s->parts; to++)
             p->sent[to].size = sizeof(struct mill_soft_sent);
     }
-    for (int32_t i = 0; i < w->balls; i++)
-        s->slot[i] = i;
     return mill_grids_init(&s->grids, &s->wide, 1.0);
 }
 
@@ -117,11 +115,15 @@ void mill_soft_touch_link(struct mill_soft_part *p, struct mill_soft_ball *ball,
     *link = touch;
 }
 
-struct mill_soft_part *mill_soft_part_of(struct mill_soft *s, int32_t slot)
+void mill_soft_forget(struct mill_soft *s)
 {
-    int k = (int)((int64_t)slot * s->parts / s->world->balls);
-    k += slot >= s->part[k].last;
-    return &s->part[k];
+    for (int k = 0; k < s->parts; k++) {
+        s->part[k].touch.count = 0;
+        s->part[k].unused = -1;
+    }
+    for (int32_t i = 0; i < s->world->balls; i++)
+        s->ball[i].walls = -1;
+    s->listed = -INFINITY; /* the lists have the old contacts */
 }
 
 int32_t mill_soft_owner(const struct mill_soft *s, const struct mill_soft_touch *t)

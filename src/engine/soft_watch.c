@@ -16,19 +16,6 @@ enum { ROW = 10 };     /* numbers of a ball in a sample */
 #define CLOSED 1e-7    /* of the largest radius */
 #define MOST 1e12      /* upper limit of places, speeds and spins */
 
-/* All contacts are over. */
-static void forget(struct mill_soft *s)
-{
-    for (int k = 0; k < s->parts; k++) {
-        s->part[k].touch.count = 0;
-        s->part[k].unused = -1;
-    }
-    for (int32_t i = 0; i < s->world->balls; i++)
-        s->ball[i].walls = -1;
-    s->listed = -INFINITY; /* the lists have the old contacts */
-    s->watch->deepest = 0.0;
-}
-
 void mill_soft_watch_springs(struct mill_soft *s, double interval, const double shear[2],
                              const double (*spring)[2])
 {
@@ -47,7 +34,8 @@ void mill_soft_watch_springs(struct mill_soft *s, double interval, const double 
                                                  NULL,
                                                  NULL};
     }
-    forget(s);
+    mill_soft_forget(s);
+    s->watch->deepest = 0.0;
     s->watch->interval = interval;
     s->watch->now = NAN;
 }
@@ -285,10 +273,7 @@ enum mill_status mill_soft_watch_sample(struct mill_soft *s, double time,
 /* [m] smaller overlaps count as none */
 static double closed(const struct mill_soft *s)
 {
-    double largest = 0.0;
-    for (int k = 0; k < s->world->species_count; k++)
-        largest = mill_greatest(largest, s->world->species[k].radius);
-    return CLOSED * largest;
+    return CLOSED * s->thickest;
 }
 
 /* Collects how far the two move apart, and a little more: each half of an overlap, or a ball all of
@@ -322,7 +307,8 @@ double mill_soft_watch_part(struct mill_soft *s)
             s->place[i].r = vec3_add(s->place[i].r, s->load[i].force);
     }
     s->watch->touch = touch;
-    forget(s);
+    s->watch->deepest = 0.0;
+    mill_soft_forget(s);
     return !good ? (double)NAN : left > closed(s) ? left : 0.0;
 }
 

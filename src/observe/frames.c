@@ -26,17 +26,35 @@ struct frames {
     struct mill_h5 *file;
     struct mill_h5_column *step, *time, *value[STATES]; /* the file's */
     float *row;                                         /* one state of the balls */
-    int motions;                                        /* whose poses have columns */
     struct mill_h5_column *pose[MILL_MOTIONS_MOST][2];  /* centre, rotation */
     struct mill_h5_column *twist[2]; /* of the frame in which the charge is steady; NULL: still */
 };
 
-static const struct {
+/* What the file has of each frame: numbers of each ball, motion, ... */
+static const struct element {
+    enum mill_h5_type type;
+    int rank;
     const char *name, *unit, *meaning;
-} table[STATES] = {
-    {"position", "m", "centres of the balls: frame, ball, (x, y, z)"},
-    {"velocity", "m s-1", "velocities of the balls: frame, ball, (x, y, z)"},
-    {"angular_velocity", "rad s-1", "angular velocities of the balls: frame, ball, (x, y, z)"},
+} state_of[STATES] = {
+    {MILL_H5_F32, 2, "position", "m", "centres of the balls: frame, ball, (x, y, z)"},
+    {MILL_H5_F32, 2, "velocity", "m s-1", "velocities of the balls: frame, ball, (x, y, z)"},
+    {MILL_H5_F32, 2, "angular_velocity", "rad s-1",
+     "angular velocities of the balls: frame, ball, (x, y, z)"},
+};
+
+/* So a player needs no laws of motion */
+static const struct element pose_of[2] = {
+    {MILL_H5_F64, 1, "centre", "m", "where the frame's origin is: frame, (x, y, z)"},
+    {MILL_H5_F64, 2, "rotation", "1",
+     "axes of the frame, as columns: a point p of it is at centre + rotation p"},
+};
+
+/* How the frame moves in which the charge is steady: what a ball does in the mill is its velocity
+ * minus that of this frame in its place */
+static const struct element twist_of[2] = {
+    {MILL_H5_F64, 1, "frame_velocity", "m s-1",
+     "velocity, at the origin, of the frame in which the charge is steady"},
+    {MILL_H5_F64, 1, "frame_spin", "rad s-1", "angular velocity of this frame"},
 };
 
 /* /h5md, and the box: it has edges only if its ends along x are periodic */
@@ -97,91 +115,55 @@ static void write_balls(struct mill_h5 *file, const struct mill_world *world)
     free(room);
 }
 
-/* Opens the value of an element as a column. All have the step and time of the first one. */
-static struct mill_h5_column *open_element(const struct frames *frames, const char *element,
-                                           const struct mill_h5_layout *layout)
+/* Opens the value of an element as a column of rows [count or 3] or [count][3]. All have the step
+ * and time of the first one. */
+static struct mill_h5_column *open_element(const struct frames *frames, const char *group,
+                                           const struct element *of, size_t count)
 {
+    const bool balls = of->type == MILL_H5_F32;
+    const struct mill_h5_layout layout = {of->type, of->rank,    {count, 3}, 0,
+                                          of->unit, of->meaning, balls};
     char path[PATH];
-    for (int k = 0; k < 2 && strcmp(element, FIRST) != 0; k++) {
-        snprintf(path, sizeof path, "%s/%s", element, k ? "time" : "step");
+    for (int k = 0; k < 2 && of != state_of; k++) {
+        snprintf(path, sizeof path, "%s/%s/%s", group, of->name, k ? "time" : "step");
         mill_h5_link(frames->file, k ? FIRST "/time" : FIRST "/step", path);
     }
-    snprintf(path, sizeof path, "%s/value", element);
-    return mill_h5_column_create(frames->file, path, layout, frames->rows);
+    snprintf(path, sizeof path, "%s/%s/value", group, of->name);
+    return mill_h5_column_create(frames->file, path, &layout, frames->rows);
 }
 
-/* ---- poses of the motions, so that a player needs no laws of motion ---- */
-
-/* MDAnalysis requires every group in a group of observables to be an element. So links to the parts
- * of the rotation are added. */
-static void make_element(struct mill_h5 *file, const char *motion)
+static void open_columns(struct frames *frames, const struct mill_world *world)
 {
+    static const struct mill_h5_layout shared[2] = {
+        {MILL_H5_I64, 0, {0}, 0, "1", "number of the frame", false},
+        {MILL_H5_F64, 0, {0}, 0, "s", "simulated time", false}};
     static const char *const part[] = {"step", "time", "value"};
-    for (int k = 0; k < 3; k++) {
-        char from[PATH], to[PATH];
-        snprintf(from, sizeof from, MILL_VTKHDF_POSE "%s/rotation/%s", motion, part[k]);
-        snprintf(to, sizeof to, MILL_VTKHDF_POSE "%s/%s", motion, part[k]);
-        mill_h5_link(file, from, to);
-    }
-}
-
-static void open_poses(struct frames *frames, const struct mill_world *world)
-{
-    static const struct mill_h5_layout layout[2] = {
-        {MILL_H5_F64, 1, {3}, 0, "m", "where the frame's origin is: frame, (x, y, z)", false},
-        {MILL_H5_F64,
-         2,
-         {3, 3},
-         0,
-         "1",
-         "axes of the frame, as columns: a point p of it is at centre + rotation p",
-         false}};
-    frames->motions = world->motions;
-    for (int k = 0; k < frames->motions; k++) {
-        for (int i = 0; i < 2; i++) {
-            char element[PATH];
-            snprintf(element, sizeof element, MILL_VTKHDF_POSE "%s/%s", world->motion_name[k],
-                     i ? "rotation" : "centre");
-            frames->pose[k][i] = open_element(frames, element, &layout[i]);
+    struct mill_h5 *file = frames->file;
+    frames->step = mill_h5_column_create(file, FIRST "/step", &shared[0], frames->rows);
+    frames->time = mill_h5_column_create(file, FIRST "/time", &shared[1], frames->rows);
+    for (int i = 0; i < STATES; i++)
+        frames->value[i] = open_element(frames, GROUP, &state_of[i], (size_t)world->balls);
+    for (int k = 0; k < world->motions; k++) {
+        char group[PATH - 32], from[PATH], to[PATH];
+        snprintf(group, sizeof group, MILL_VTKHDF_POSE "%s", world->motion_name[k]);
+        for (int i = 0; i < 2; i++)
+            frames->pose[k][i] = open_element(frames, group, &pose_of[i], 3);
+        /* MDAnalysis requires every group in a group of observables to be an element */
+        for (int i = 0; i < 3; i++) {
+            snprintf(from, sizeof from, "%s/rotation/%s", group, part[i]);
+            snprintf(to, sizeof to, "%s/%s", group, part[i]);
+            mill_h5_link(file, from, to);
         }
-        make_element(frames->file, world->motion_name[k]);
     }
-}
-
-/* How the frame moves in which the charge is steady: what a ball does in the mill is its velocity
- * minus that of this frame in its place */
-static void open_twist(struct frames *frames, const struct mill_world *world)
-{
-    static const struct mill_h5_layout layout[2] = {
-        {MILL_H5_F64,
-         1,
-         {3},
-         0,
-         "m s-1",
-         "velocity, at the origin, of the frame in which the charge is steady",
-         false},
-        {MILL_H5_F64, 1, {3}, 0, "rad s-1", "angular velocity of this frame", false}};
-    if (!world->container.mapped)
-        return;
-    frames->twist[0] = open_element(frames, "/observables/frame_velocity", &layout[0]);
-    frames->twist[1] = open_element(frames, "/observables/frame_spin", &layout[1]);
-}
-
-static void append_twist(const struct frames *frames, const struct mill_world *world, double t)
-{
-    if (!frames->twist[0])
-        return;
-    const struct mill_pose p = mill_world_steady_frame(world, t);
-    const vec3 w = p.angular_velocity, v = mill_pose_velocity(&p, vec3_make(0, 0, 0));
-    mill_h5_column_append(frames->twist[0], 1, (const double[3]){v.x, v.y, v.z});
-    mill_h5_column_append(frames->twist[1], 1, (const double[3]){w.x, w.y, w.z});
+    for (int i = 0; i < 2 && world->container.mapped; i++)
+        frames->twist[i] = open_element(frames, "/observables", &twist_of[i], 3);
 }
 
 /* In float64; computed for the frame's local time by the functions that also resolve impacts, so
  * the numbers are the same */
 static void append_poses(const struct frames *frames, const struct mill_world *world, double t)
 {
-    for (int k = 0; k < frames->motions; k++) {
+    for (int k = 0; k < world->motions; k++) {
         const struct mill_pose p = mill_motion_pose(world->motion[k], t);
         const double centre[3] = {p.place.x, p.place.y, p.place.z};
         const double rotation[3][3] = {
@@ -189,29 +171,13 @@ static void append_poses(const struct frames *frames, const struct mill_world *w
         mill_h5_column_append(frames->pose[k][0], 1, centre);
         mill_h5_column_append(frames->pose[k][1], 1, rotation);
     }
+    const struct mill_pose p = mill_world_steady_frame(world, t);
+    const vec3 w = p.angular_velocity, v = mill_pose_velocity(&p, vec3_make(0, 0, 0));
+    mill_h5_column_append(frames->twist[0], 1, (const double[3]){v.x, v.y, v.z});
+    mill_h5_column_append(frames->twist[1], 1, (const double[3]){w.x, w.y, w.z});
 }
 
 /* ---- the observer ---- */
-
-static void open_columns(struct frames *frames, const struct mill_world *world)
-{
-    const size_t balls = (size_t)world->balls;
-    static const struct mill_h5_layout shared[2] = {
-        {MILL_H5_I64, 0, {0}, 0, "1", "number of the frame", false},
-        {MILL_H5_F64, 0, {0}, 0, "s", "simulated time", false}};
-    struct mill_h5 *file = frames->file;
-    frames->step = mill_h5_column_create(file, FIRST "/step", &shared[0], frames->rows);
-    frames->time = mill_h5_column_create(file, FIRST "/time", &shared[1], frames->rows);
-    for (int i = 0; i < STATES; i++) {
-        const struct mill_h5_layout value = {MILL_H5_F32,      2,   {balls, 3}, 0, table[i].unit,
-                                             table[i].meaning, true};
-        char element[PATH];
-        snprintf(element, sizeof element, GROUP "/%s", table[i].name);
-        frames->value[i] = open_element(frames, element, &value);
-    }
-    open_poses(frames, world);
-    open_twist(frames, world);
-}
 
 static enum mill_status sample(struct mill_observer *self, const struct mill_world *world, double t,
                                struct mill_error *error)
@@ -232,7 +198,6 @@ static enum mill_status sample(struct mill_observer *self, const struct mill_wor
         mill_h5_column_append(frames->value[state], 1, frames->row);
     }
     append_poses(frames, world, t);
-    append_twist(frames, world, t);
     self->next = mill_observe_due(frames->asked.frames, frames->asked.end, ++frames->rows);
     return mill_h5_status(frames->file, error);
 }
@@ -266,12 +231,11 @@ static bool finish(struct mill_observer *self, const struct mill_world *world,
                    const struct mill_going *going)
 {
     struct frames *frames = (struct frames *)self;
-    for (int k = 0; k < frames->motions; k++) { /* from now on all frames can be read */
-        mill_h5_column_close(frames->pose[k][0]);
-        mill_h5_column_close(frames->pose[k][1]);
-    }
-    for (int i = 0; i < 2 && frames->twist[i]; i++)
+    for (int i = 0; i < 2; i++) { /* from now on all frames can be read */
+        for (int k = 0; k < world->motions; k++)
+            mill_h5_column_close(frames->pose[k][i]);
         mill_h5_column_close(frames->twist[i]);
+    }
     return mill_vtkhdf_write(frames->file, &frames->asked, world, frames->rows, going);
 }
 

@@ -32,22 +32,19 @@ static double gap_towards(const struct mill_shape *drum, double r, struct mill_h
     return gap_at(drum, r * at.cos, r * at.sin);
 }
 
-/* Is it the round or wavy wall of the container? */
-static bool is_mantle(const struct mill_shape *shape)
-{
-    return mill_body_is(shape)->inside && shape->wall == 0;
-}
-
 /* The drum, whose cross-section is enough. NULL if the cross-section is the circle (within 1e-9 of
  * its radius), or if there is no drum. */
 static const struct mill_shape *odd_drum(const struct mill_world *world,
                                          const struct mill_heading *towards)
 {
     const double radius = world->drum_radius;
-    for (int i = 0; i < world->shapes; i++)
-        for (int k = 0; is_mantle(world->shape[i]) && k < ANGLES; k++)
-            if (!(fabs(gap_towards(world->shape[i], radius, towards[k])) < 1e-9 * radius))
-                return world->shape[i];
+    for (int i = 0; i < world->shapes; i++) {
+        const struct mill_shape *shape = world->shape[i];
+        const bool mantle = mill_body_is(shape)->inside && shape->wall == 0;
+        for (int k = 0; mantle && k < ANGLES; k++)
+            if (!(fabs(gap_towards(shape, radius, towards[k])) < 1e-9 * radius))
+                return shape;
+    }
     return NULL;
 }
 
@@ -241,15 +238,6 @@ static const struct words {
                {"edges along x, the first index", "edges in r, the second index"},
                {"velocity_x", "velocity_r", "velocity_phi"}}};
 
-/* Solid fraction (k = 0), or a component of the mean velocity (k = 1 to 3), of a cell. room: [m^3]
- * volume of the cell times the number of samples */
-static double mean_of(const struct mill_map_flow *flow, double room, int k)
-{
-    if (k == 0)
-        return room > 0 ? flow->volume / room : (double)NAN;
-    return flow->volume > 0 ? flow->flow[k - 1] / flow->volume : (double)NAN;
-}
-
 static void tell_map(const struct mill_map *map, const struct words *of,
                      const struct mill_sums *hits, const struct mill_map_flow *flow,
                      const double *room, uint64_t samples, struct mill_sink *sink)
@@ -271,8 +259,11 @@ static void tell_map(const struct mill_map *map, const struct words *of,
         mill_sums_tell(&some, k, &view, sink);
     mill_tell_part(sink);
     for (int k = 0; k < 4; k++) {
-        for (size_t i = 0; i < cells; i++)
-            value[i] = mean_of(&flow[map->first + i], room[map->first + i] * (double)samples, k);
+        for (size_t i = 0; i < cells; i++) {
+            const struct mill_map_flow *in = &flow[map->first + i];
+            const double per = k == 0 ? room[map->first + i] * (double)samples : in->volume;
+            value[i] = per > 0 ? (k == 0 ? in->volume : in->flow[k - 1]) / per : (double)NAN;
+        }
         sink->values(sink, k == 0 ? "solid_fraction" : of->velocity[k - 1], MILL_H5_F64, 2, dims,
                      value, k == 0 ? "1" : "m s-1",
                      k == 0 ? "time-averaged volume of balls / volume of the cell inside the "

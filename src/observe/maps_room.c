@@ -62,18 +62,13 @@ struct piece {
     double lo[3], hi[3];
 };
 
-static double volume_of(const struct piece *p, bool ring)
-{
-    const double across = p->hi[1] - p->lo[1], middle = 0.5 * (p->hi[1] + p->lo[1]);
-    return (p->hi[0] - p->lo[0]) * across * (p->hi[2] - p->lo[2]) * (ring ? middle : 1);
-}
-
 /* [m^3] volume of the piece inside the container */
 static double inside(const struct walls *walls, const struct piece *piece, bool ring, double finest)
 {
-    double middle[3], side[3];
+    double middle[3], side[3], all = 1;
     int longest = 0;
     for (int k = 0; k < 3; k++) {
+        all *= piece->hi[k] - piece->lo[k];
         middle[k] = 0.5 * (piece->lo[k] + piece->hi[k]);
         side[k] = (piece->hi[k] - piece->lo[k]) * (ring && k == 2 ? piece->hi[1] : 1);
         longest = side[k] > side[longest] ? k : longest;
@@ -86,7 +81,7 @@ static double inside(const struct walls *walls, const struct piece *piece, bool 
     struct walls near;
     const double reach = 0.5 * sqrt(side[0] * side[0] + side[1] * side[1] + side[2] * side[2]);
     const double gap = gap_of(walls, point, reach, &n, &near);
-    const double all = volume_of(piece, ring);
+    all *= ring ? middle[1] : 1;
     if (fabs(gap) >= reach)
         return gap > 0 ? all : 0;
     if (side[longest] <= finest) {

@@ -59,22 +59,17 @@ static void *add_item(struct mill_replay_queue *q)
 
 /* ---- the world at a given time ---- */
 
-static void set_epoch(struct mill_replay *r)
-{
-    struct mill_world *w = r->world;
-    mill_world_restart(w);
-    for (int32_t i = 0; r->at > (double)-INFINITY && i < w->balls; i++)
-        w->ball[i].t = r->at - w->base;
-}
-
 /* Begins new epochs up to this time, as the event loop does. At the end of an epoch, a sample
  * belongs to it, an impact to the next one. */
 static void reach(struct mill_replay *r, double time, bool impact)
 {
+    struct mill_world *w = r->world;
     time = fmin(time, r->end); /* a wrong time, later than the run, must not take long */
-    while (time - r->world->base > MILL_WORLD_EPOCH ||
-           (impact && time - r->world->base >= MILL_WORLD_EPOCH))
-        set_epoch(r);
+    while (time - w->base > MILL_WORLD_EPOCH || (impact && time - w->base >= MILL_WORLD_EPOCH)) {
+        mill_world_restart(w);
+        for (int32_t i = 0; r->at > (double)-INFINITY && i < w->balls; i++)
+            w->ball[i].t = r->at - w->base;
+    }
 }
 
 static vec3 three(const double *from)
@@ -176,6 +171,7 @@ static bool wants_balls(const struct mill_observer *o, double time)
            (tally->at.open && mill_tally_snapshot(tally, 0) <= time);
 }
 
+/* Moves everything to this time, and takes the samples that are due then. */
 static enum mill_status take_samples(struct mill_replay *r, double due, struct mill_error *error)
 {
     enum mill_status status = MILL_OK;
@@ -200,8 +196,8 @@ static enum mill_status take_samples(struct mill_replay *r, double due, struct m
 static enum mill_status go_on(struct mill_replay *r, double until, struct mill_error *error)
 {
     enum mill_status status = MILL_OK;
-    double next = -INFINITY;
-    while (status == MILL_OK && next <= until) {
+    double next;
+    do {
         next = INFINITY;
         for (int k = 0; k < r->observers->count; k++)
             next = r->observers->each[k]->type->sample ? fmin(next, r->observers->each[k]->next)
@@ -212,16 +208,11 @@ static enum mill_status go_on(struct mill_replay *r, double until, struct mill_e
             status = tell_impact(r, impact, error);
             r->impacts.begin++;
         }
-        if (status == MILL_OK && next <= until)
+        if (status == MILL_OK)
             status = take_samples(r, due, error);
-    }
-    if (status != MILL_OK)
-        return status;
-    reach(r, until, false);
-    place_balls(r, until);
-    set_account(r, until);
-    r->now = until;
-    return MILL_OK;
+    } while (status == MILL_OK && next <= until);
+    r->now = status == MILL_OK ? until : r->now;
+    return status;
 }
 
 /* ---- input ---- */

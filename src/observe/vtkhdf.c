@@ -52,7 +52,6 @@ static void put_number(struct scene *s, const char *group, const char *name, siz
     mill_h5_write(s->file, at(s, group, name), MILL_H5_I64, 1, &one, &number, "1", text);
 }
 
-/* Makes another name for an object in the file */
 static void link_to(struct scene *s, const char *existing, const char *group, const char *name)
 {
     mill_h5_link(s->file, existing, at(s, group, name));

@@ -293,13 +293,10 @@ static bool make_part(struct mill_wear_plan *plan, int part, double size, int fe
     for (int k = 0; k < 3; k++) /* a wire is cut into pieces that grow with (length / cell)^1.6 */
         cell = fmax(cell, (reach.hi[k] - reach.lo[k]) / WIRE);
     p->cut = cell;
-    bool good = !mesh.failed && lay_out(p, &reach, cell);
-    if (good) {
-        struct collector to = {.plan = plan, .part = part};
-        mill_pieces_of(&mesh, mill_wear_facets_piece(p), collect, &to);
-        good = !to.failed;
-    }
-    int32_t *into = good ? malloc(((size_t)plan->facets + 1) * sizeof *into) : NULL;
+    reach.failed = mesh.failed || !lay_out(p, &reach, cell);
+    if (!reach.failed)
+        mill_pieces_of(&mesh, mill_wear_facets_piece(p), collect, &reach);
+    int32_t *into = reach.failed ? NULL : malloc(((size_t)plan->facets + 1) * sizeof *into);
     for (int32_t id = 0; into && id < plan->facets; id++)
         into[id] = id;
     if (into) {
@@ -313,19 +310,9 @@ static bool make_part(struct mill_wear_plan *plan, int part, double size, int fe
     return into != NULL;
 }
 
-/* Sets the frame in which the faces of the body lie along the axes, in coordinates of its motion's
- * frame. true: it is round about x of this frame, or nearly. */
-static bool chart_of(const struct mill_shape *shape, struct mill_pose *frame)
-{
-    const struct mill_body *is = mill_body_is(shape);
-    *frame = (struct mill_pose){.place = is->centre, .x = is->x, .y = is->y, .z = is->z};
-    if (shape->solid->round)
-        *frame = (struct mill_pose){.place = is->centre, .x = is->z, .y = is->x, .z = is->y};
-    return shape->solid->round;
-}
-
-/* Lists the parts with their charts. A wall that shows nothing belongs to the part of the wall that
- * shows all of its body. */
+/* Lists the parts with their charts: the faces of a body lie along the axes, or it is round about
+ * x, or nearly. A wall that shows nothing belongs to the part of the wall that shows all of its
+ * body. */
 static bool list_parts(struct mill_wear_plan *plan)
 {
     const struct mill_world *w = plan->world;
@@ -335,16 +322,20 @@ static bool list_parts(struct mill_wear_plan *plan)
     bool good = plan->part_of && plan->part;
     for (int k = 0; good && k < w->shapes; k++) {
         struct mill_wear_part *p = &plan->part[plan->parts];
+        const struct mill_body *is = mill_body_is(w->shape[k]);
         struct mill_mesh mesh;
         p->shape = k;
+        p->round = w->shape[k]->solid->round;
+        p->chart = (struct mill_pose){.place = is->centre,
+                                      .x = p->round ? is->z : is->x,
+                                      .y = p->round ? is->x : is->y,
+                                      .z = p->round ? is->y : is->z};
         mill_wear_facets_draw(plan, plan->parts, &mesh);
         for (size_t i = 0; i < mesh.triangles; i++) {
             const int64_t *c = mesh.corner[i];
             const vec3 at[3] = {mesh.point[c[0]], mesh.point[c[1]], mesh.point[c[2]]};
             plan->area += vec3_norm(mill_pieces_area(at));
         }
-        if (mesh.triangles > 0)
-            p->round = chart_of(w->shape[k], &p->chart);
         plan->part_of[k] = mesh.triangles > 0 ? plan->parts++ : all;
         all = w->shape[k]->wall == 0 ? plan->part_of[k] : all;
         good = !mesh.failed;

@@ -34,12 +34,8 @@ static double radius_of(const struct mill_world *w, int32_t i)
 static double fastest_surface(const struct mill_world *w)
 {
     double fastest = 0.0;
-    for (int k = 0; k < w->motions; k++) {
-        const struct mill_motion_bounds b =
-            mill_motion_bounds(w->motion[k], vec3_make(0.0, 0.0, 0.0));
-        const double reach = mill_motion_reach(w->motion[k], &w->container.places);
-        fastest = fmax(fastest, b.speed + b.turning * reach);
-    }
+    for (int k = 0; k < w->motions; k++)
+        fastest = fmax(fastest, mill_motion_fastest(w->motion[k], &w->container.places));
     return fastest;
 }
 
@@ -380,11 +376,6 @@ bool mill_paranoid_all(struct mill_sim *sim, bool fresh)
            mill_paranoid_account(sim);
 }
 
-static bool check_planned(struct mill_sim *sim)
-{
-    return mill_paranoid_all(sim, true);
-}
-
 /* ---- start and end ---- */
 
 /* A polynomial that begins above zero may be above zero until it rises. */
@@ -409,8 +400,9 @@ enum mill_status mill_paranoid_start(struct mill_sim *sim, mill_paranoid_opinion
         return mill_error_set(error, MILL_FAILED, "out of memory for the checks");
     mill_sim_use_threads(sim, 1); /* the checks look at all balls after each event */
     p->quartics = (struct mill_paranoid_quartics){.check = {mill_paranoid_look}, .second = second};
-    p->proof = (struct mill_sim_proof){&p->quartics.check, mill_paranoid_before,
-                                       mill_paranoid_after, check_planned, mill_paranoid_account};
+    p->proof =
+        (struct mill_sim_proof){&p->quartics.check, mill_paranoid_before, mill_paranoid_after,
+                                mill_paranoid_all, mill_paranoid_account};
     sim->proof = &p->proof;
     sim->error = error;
     sim->status = MILL_OK;

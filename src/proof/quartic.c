@@ -51,24 +51,17 @@ static struct residual residual_of(const struct factors *f, const struct monic *
     return (struct residual){r1.hi, r2.hi, r3.hi, r4.hi, isnan(size) ? HUGE_VAL : size};
 }
 
-static void swap_doubles(double *x, double *y)
-{
-    double t = *x;
-    *x = *y;
-    *y = t;
-}
-
 /* Factors with linear terms a/2 -+ s and constants m -+ w. A term that cancels is computed from the
  * product, and from the coefficient equation with the smallest residual. */
 static void consider(const struct monic *p, double s, double m, double w, struct factors *best,
                      double *size)
 {
+    if (fabs(m - w) > fabs(m + w)) { /* the factors change places */
+        s = -s;
+        w = -w;
+    }
     double b = p->b.hi, c = p->c.hi;
     double a1 = 0.5 * p->a.hi - s, a2 = 0.5 * p->a.hi + s, b1 = m - w, b2 = m + w;
-    if (fabs(b1) > fabs(b2)) {
-        swap_doubles(&b1, &b2);
-        swap_doubles(&a1, &a2);
-    }
     if (b2 != 0.0)
         b1 = p->d.hi / b2;
     bool first = fabs(a1) < fabs(a2);
@@ -136,16 +129,6 @@ static double refine(struct factors *best, const struct monic *p)
     return size;
 }
 
-static double polish_cubic(double g, double h, double t)
-{
-    for (int i = 0; i < 2; i++) {
-        double slope = 3.0 * t * t + g;
-        if (slope != 0.0)
-            t -= ((t * t + g) * t + h) / slope;
-    }
-    return t;
-}
-
 /* For two roots at or near zero, and one large root on each side. The resolvent then has a double
  * root and puts one small and one large root into each factor; Newton's method does not converge
  * from there. This function puts the small roots into one factor: x^2 + (c/b) x + d/b. It returns
@@ -180,7 +163,12 @@ static double factorise(const struct monic *p, struct factors *best)
         double k = copysign(cbrt(fabs(r) + sqrt(disc)), -r);
         t = k != 0.0 ? k - q / k : 0.0;
     }
-    consider_root(p, polish_cubic(g, h, t), best, &size);
+    for (int i = 0; i < 2; i++) { /* Newton's method */
+        double slope = 3.0 * t * t + g;
+        if (slope != 0.0)
+            t -= ((t * t + g) * t + h) / slope;
+    }
+    consider_root(p, t, best, &size);
     if (disc >= 0.0 && size > GOOD_START)
         consider_root(p, turn, best, &size);
     size = refine(best, p);

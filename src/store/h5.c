@@ -101,23 +101,16 @@ hid_t mill_h5_timeless(hid_t property_class)
     return list;
 }
 
-/* The group that holds `path`, "" for the root. */
-static const char *parent_of(const char *path, char parent[MILL_H5_PATH])
-{
-    const char *name = strrchr(path, '/');
-    assert(name && name - path < MILL_H5_PATH);
-    memcpy(parent, path, (size_t)(name - path));
-    parent[name - path] = '\0';
-    return parent;
-}
-
 bool mill_h5_exists(struct mill_h5 *file, const char *path)
 {
-    char parent[MILL_H5_PATH];
+    char parent[MILL_H5_PATH]; /* the group that holds it, "" for the root */
+    const char *name = strrchr(path, '/');
     if (!path[0])
         return file->status == MILL_OK;
+    assert(name && name - path < MILL_H5_PATH);
+    snprintf(parent, sizeof parent, "%.*s", (int)(name - path), path);
     /* H5Lexists fails if a group on the way is missing */
-    const bool held = mill_h5_exists(file, parent_of(path, parent));
+    const bool held = mill_h5_exists(file, parent);
     const bool there = held && H5Lexists(file->id, path, H5P_DEFAULT) > 0;
     mill_h5_check(file, "read", path);
     return there;

@@ -16,8 +16,7 @@ enum {
     CHECKED = 1 << 20, /* [byte] for one checksum, at most: HDF5 copies this much at a time */
     PACKED = 1 << 18,  /* [byte] from this size on, arrays of three or more dimensions are packed */
     CHUNK = 65536,
-    CHUNK_ROWS =
-        1024, /* at most: HDF5 compresses a whole chunk, also for a few rows of a short run */
+    CHUNK_ROWS = 1024,     /* at most: HDF5 compresses whole chunks, also in a short run */
     LARGEST_CHUNK = 262144 /* [byte] HDF5 needs three times as much to compress a chunk */
 };
 

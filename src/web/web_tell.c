@@ -92,11 +92,6 @@ static void tell_species(struct mill_sink_json *json, const struct mill_world *w
     mill_sink_json_close_array(json);
 }
 
-static int number_of(const struct mill_motion *motion)
-{
-    return motion ? motion->number : -1;
-}
-
 /* Which kinds of contact are those of the container? */
 static void tell_container(struct mill_sink_json *json, const struct mill_deck *deck,
                            const struct mill_world *world)
@@ -114,7 +109,7 @@ static void tell_container(struct mill_sink_json *json, const struct mill_deck *
     const vec3 x = mill_world_frame(world, 0).x;
     const double axis[3] = {x.x, x.y, x.z};
     mill_tell_array(sink, "axis", 3, axis, "1", "");
-    mill_tell_number(sink, "carrier", number_of(c->motion), "", "");
+    mill_tell_number(sink, "carrier", c->motion ? c->motion->number : -1, "", "");
     mill_tell_array(sink, "box", 6, box, "m", "");
     mill_tell_array(sink, "container", 2, kinds, "", "");
     mill_tell_number(sink, "volume", c->volume, "m3", "");
@@ -124,7 +119,6 @@ static void tell_container(struct mill_sink_json *json, const struct mill_deck *
     mill_tell_number(sink, "end", deck->observe.end, "s", "");
 }
 
-/* The full deck */
 static void tell_deck(struct mill_sink_json *json, const struct mill_deck *deck)
 {
     char *text = NULL;
