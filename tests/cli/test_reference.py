@@ -1,6 +1,7 @@
 """The decks that come with millsim: the reference mill's figures, and the books of every deck."""
 
 import json
+import math
 import subprocess
 
 import h5py
@@ -10,7 +11,11 @@ from conftest import PROGRAM, ROOT, slow
 
 
 def run_deck(name, folder, *options):
-    """The summary of a deck of input/, run in a folder."""
+    """What the summary of a deck of input/, run in a folder, says of the run."""
+    return summary_of(name, folder, *options)["run"]
+
+
+def summary_of(name, folder, *options):
     done = subprocess.run(
         [PROGRAM, ROOT / "input" / name, "--quiet", "--json", "-o", "run.h5", *options],
         cwd=folder,
@@ -19,7 +24,7 @@ def run_deck(name, folder, *options):
         timeout=600,
     )
     assert done.returncode == 0, done.stderr
-    return json.loads(done.stdout)["run"]
+    return json.loads(done.stdout)
 
 
 @pytest.fixture(scope="module")
@@ -108,11 +113,24 @@ def test_the_books_of_every_deck_close_to_rounding(deck, tmp_path):
     assert run["overlaps"] == run["not_closing"] == run["smoothed"] == 0
 
 
-@pytest.mark.thorough
-@pytest.mark.parametrize("deck", sorted(path.name for path in (ROOT / "input").glob("*.ini")))
-def test_no_deck_samples_its_start_up(deck, tmp_path):
-    found = run_deck(deck, tmp_path)["notes"]
-    assert not [note for note in found if note.startswith(("not steady", "not settled"))]
+# bond.ini and mixture.ini take some ten seconds each
+COSTLY = {"bond.ini": pytest.mark.thorough, "mixture.ini": pytest.mark.thorough}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "deck",
+    [pytest.param(path.name, marks=COSTLY.get(path.name, ())) for path in sorted((ROOT / "input").glob("*.ini"))],
+)
+def test_no_deck_samples_its_start_up_and_two_seeds_agree(deck, tmp_path):
+    found = [summary_of(deck, tmp_path, "--force", "-s", f"run.seed={seed}") for seed in (1, 2)]
+    assert not [note for one in found for note in one["notes"] if note.startswith(("not steady", "not settled"))]
+    for name in ("drive_power", "dissipated_power", "median_above_floor", "hard_per_joule"):
+        a, b = (one["statistics"]["precision"][name] for one in found)
+        a, b = (one.get("all", one) for one in (a, b))
+        if None not in (a["standard_error"], b["standard_error"]):
+            apart = 4 * math.hypot(a["standard_error"], b["standard_error"])
+            assert a["value"] == pytest.approx(b["value"], abs=apart), name
 
 
 @pytest.mark.slow
