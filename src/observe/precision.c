@@ -356,10 +356,8 @@ struct mill_precision_known mill_precision_tell(const struct mill_precision_set 
     const struct mill_account *now = &p->accounts[p->at.batches];
     struct mill_precision_known known = {.batches = p->at.batches - from};
     known.idle = now->work_gross <= rounding * now->incident;
-    known.enough = set->count >= MILL_SPREAD_SEVERAL
-                       ? known.batches > 0
-                       : known.batches >= MILL_SPREAD_FEWEST &&
-                             (known.idle || known.batches >= MILL_PRECISION_PERIODS * p->at.period);
+    known.enough = known.batches >= MILL_SPREAD_FEWEST &&
+                   (known.idle || known.batches >= MILL_PRECISION_PERIODS * p->at.period);
     known.drifts = drifts(set, from, REFUSED);
     known.median = tell_median(set, from, 0, &known.slips);
     known.median_fast = tell_median(set, from, p->fast, &known.slips);

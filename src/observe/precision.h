@@ -63,7 +63,7 @@ struct mill_precision_known {
     /* number of batches that the results come from */
     uint64_t batches;
     bool idle;   /* no motion has ever done work, so that there is no power to know */
-    bool enough; /* enough starts, or of one start batches and periods of motions, for errors */
+    bool enough; /* batches and periods of the motions for a run to end */
     bool slips;  /* so few impacts are fast that their median is not known */
     bool drifts; /* the first quarter of the batches differs from the last half */
 };
