@@ -207,7 +207,7 @@ static void print_window(const struct mill_summary *s)
         fprintf(s->out, ", in %d starts", r->tally->starts);
     fputc('\n', s->out);
     print_end(s);
-    if (r->doubt == MILL_TALLY_KNOWN && r->at.known.batches == 0)
+    if (r->doubt == MILL_TALLY_KNOWN && r->at.known.batches < (apart ? 1 : MILL_SPREAD_FEWEST))
         mill_summary_line(s->out, "", "no errors are known: the window is too short\n\n");
     else if (r->doubt == MILL_TALLY_KNOWN)
         mill_summary_line(s->out, "", "+- is one standard error, from %d %s\n\n",

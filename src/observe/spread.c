@@ -130,7 +130,8 @@ bool mill_spread_few(const double *count, struct mill_spread_of of)
         sum += count[i];
         squares += count[i] * count[i];
     }
-    return of.each == 1 && !(sum * sum >= MILL_SPREAD_SEVERAL * squares);
+    const size_t least = of.starts < 2 * MILL_SPREAD_SEVERAL ? of.starts : 2 * MILL_SPREAD_SEVERAL;
+    return of.each == 1 && 2 * sum * sum < (double)least * squares;
 }
 
 struct mill_spread_mean mill_spread_counted(const double *x, struct mill_spread_of of, double time)

@@ -247,6 +247,10 @@ TEST(of_a_few_impacts_only_their_number_is_known)
     for (size_t i = 0; i < 8; i++)
         x[i] = i < 3 ? 100 : 0; /* many, but none in most of the starts */
     ck_assert(isnan(mill_spread_counted(x, apart(8), 8).error));
+    for (size_t i = 0; i < 8; i++)
+        x[i] = 100 + 20 * (double)i;
+    for (size_t n = MILL_SPREAD_SEVERAL; n <= 8; n++)
+        ck_assert(mill_spread_counted(x, apart(n), 8).error > 0);
 }
 
 TEST(quantiles_of_student_are_those_of_gsl)

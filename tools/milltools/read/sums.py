@@ -80,8 +80,9 @@ class Sum:
         """The error and its degrees of freedom."""
         if self.series is None or not self.value or self.seen < SEEN:
             return math.nan, 0
-        # of starts: a few may have seen most of the impacts (Kish, Survey Sampling, Wiley 1965)
-        if self.period == APART and self.series.sum() ** 2 < SEVERAL * np.sum(self.series**2):
+        # of starts: a few may have seen most of the impacts (as in src/observe/spread.c)
+        least = min(len(self.series) / 2, SEVERAL)
+        if self.period == APART and self.series.sum() ** 2 < least * np.sum(self.series**2):
             return math.nan, 0
         error, freedom = spread(self.series, self.period, self.starts)
         return (max(error, self.least), freedom) if error == error else (math.nan, 0)
