@@ -69,7 +69,7 @@ void mill_sums_tell(const struct mill_sums *sums, int k, const struct mill_sums_
     const struct mill_sum *sum = &sums->list->sum[k];
     const size_t size = sum->type == MILL_H5_I32 ? sizeof(int32_t) : sizeof(uint64_t);
     const size_t n = view->n > 0 ? view->n : sum->n > 0 ? sum->n : 1;
-    size_t dims[3] = {0}, records = 1;
+    size_t dims[4] = {0}, records = 1;
     for (int i = 0; i < view->rank; records *= dims[i++])
         dims[i] = view->dims[i];
     dims[view->rank] = n;
