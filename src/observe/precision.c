@@ -16,7 +16,6 @@
 #include <assert.h>
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
 
 /* [s] Lengths of a batch. A charge needs more than `shortest` to change. A motion with a period
  * longer than `standing` is treated as standing still. */
@@ -229,52 +228,50 @@ const struct mill_precision_rate mill_precision_rates[MILL_PRECISION_RATES] = {
      true, 1, TO(rate)},
     {"fast_rate", "s-1",
      "impacts per second with a normal speed at or above each of the attribute thresholds [m/s]",
-     MILL_PRECISION_KIND, FROM(fast), MILL_WORLD_FAST * sizeof(uint64_t), true, MILL_WORLD_FAST,
-     TO(fast)},
+     MILL_PRECISION_KIND, FROM(fast), sizeof(uint64_t), true, MILL_WORLD_FAST, TO(fast)},
     {"dissipated_power", "W", "power lost in impacts", MILL_PRECISION_KIND, FROM(dissipation),
      sizeof(double), false, 1, TO(loss)},
     {"dissipated_power_normal", "W", "its normal part", MILL_PRECISION_KIND,
      FROM(dissipation_normal), sizeof(double), false, 1, TO(loss_normal)}};
 
-static int rows_of(const struct mill_precision *p, const struct mill_precision_rate *rate)
+/* Numbers of a rate, all rows of it */
+static size_t numbers_of(const struct mill_precision *p, const struct mill_precision_rate *rate)
 {
-    return rate->each == MILL_PRECISION_KIND     ? p->kinds + 1
-           : rate->each == MILL_PRECISION_MOTION ? p->motions
-                                                 : 1;
+    const int rows = rate->each == MILL_PRECISION_KIND     ? p->kinds + 1
+                     : rate->each == MILL_PRECISION_MOTION ? p->motions
+                                                           : 1;
+    return (size_t)rows * rate->width;
 }
 
-/* Number k of a row in an account */
+/* Number i of a rate in an account */
 static double number(const struct mill_account *account, const struct mill_precision_rate *rate,
-                     int row, size_t k)
+                     size_t i)
 {
-    const char *at = (const char *)account + rate->at + (size_t)row * rate->step;
-    double value;
-    uint64_t count;
-    memcpy(rate->counts ? (void *)&count : (void *)&value, at + k * sizeof value, sizeof value);
-    return rate->counts ? (double)count : value;
+    const void *at = (const char *)account + rate->at + i * rate->step;
+    return rate->counts ? (double)*(const uint64_t *)at : *(const double *)at;
 }
 
 /* The same minus that of an earlier account; in the last row of kinds the sum of all */
 static double change(const struct mill_precision *p, const struct mill_account *from,
-                     const struct mill_account *to, const struct mill_precision_rate *rate, int row,
-                     size_t k)
+                     const struct mill_account *to, const struct mill_precision_rate *rate,
+                     size_t i)
 {
-    const bool all = rate->each == MILL_PRECISION_KIND && row == p->kinds;
+    const bool all = rate->each == MILL_PRECISION_KIND && i >= (size_t)p->kinds * rate->width;
     double sum = 0;
-    for (int i = all ? 0 : row; i < (all ? p->kinds : row + 1); i++)
-        sum += number(to, rate, i, k) - number(from, rate, i, k);
+    for (size_t k = all ? i % rate->width : i; k < (all ? i : i + 1); k += rate->width)
+        sum += number(to, rate, k) - number(from, rate, k);
     return sum;
 }
 
 double mill_precision_one(const struct mill_precision *p, uint64_t from, uint64_t to,
                           const struct mill_precision_rate *rate, int row, size_t k)
 {
-    return change(p, &p->accounts[from], &p->accounts[to], rate, row, k) /
+    return change(p, &p->accounts[from], &p->accounts[to], rate, (size_t)row * rate->width + k) /
            ((double)(to - from) * p->at.batch);
 }
 
 static struct mill_spread_mean rate_of(const struct mill_precision_set *set, uint64_t from,
-                                       const struct mill_precision_rate *rate, int row, size_t k)
+                                       const struct mill_precision_rate *rate, size_t which)
 {
     const struct mill_spread_of of = values_of(set, from);
     const struct mill_precision_progress *at = &set->of[0]->at;
@@ -282,7 +279,7 @@ static struct mill_spread_mean rate_of(const struct mill_precision_set *set, uin
     for (size_t i = 0; i < of.starts * of.each; i++) {
         uint64_t first = from, end;
         const struct mill_precision *p = value_of(set, of, i, &first, &end);
-        each[i] = mill_precision_one(p, first, end, rate, row, k);
+        each[i] = mill_precision_one(p, first, end, rate, 0, which);
     }
     if (rate->counts)
         return mill_spread_counted(each, of, set->count * (double)(at->batches - from) * at->batch);
@@ -363,12 +360,10 @@ struct mill_precision_known mill_precision_tell(const struct mill_precision_set 
     known.drifts = drifts(set, from, REFUSED);
     known.median = tell_median(set, from, 0, &known.slips);
     known.median_fast = tell_median(set, from, p->fast, &known.slips);
-    for (int i = 0; i < MILL_PRECISION_RATES; i++) {
-        const struct mill_precision_rate *rate = &mill_precision_rates[i];
-        for (int row = 0; row < rows_of(p, rate); row++)
-            for (size_t k = 0; k < rate->width; k++)
-                mill_precision_of(&known, rate, row)[k] = rate_of(set, from, rate, row, k);
-    }
+    const struct mill_precision_rate *rate = mill_precision_rates;
+    for (; rate < mill_precision_rates + MILL_PRECISION_RATES; rate++)
+        for (size_t i = 0; i < numbers_of(p, rate); i++)
+            mill_precision_of(&known, rate, 0)[i] = rate_of(set, from, rate, i);
     return known;
 }
 
@@ -376,13 +371,12 @@ void mill_precision_whole(struct mill_precision_known *known, const struct mill_
                           const struct mill_account *from, const struct mill_account *to,
                           double duration)
 {
-    for (int i = 0; i < MILL_PRECISION_RATES; i++) {
-        const struct mill_precision_rate *rate = &mill_precision_rates[i];
+    const struct mill_precision_rate *rate = mill_precision_rates;
+    for (; rate < mill_precision_rates + MILL_PRECISION_RATES; rate++) {
         const double none = rate->each == MILL_PRECISION_KIND ? 0 : (double)NAN;
-        for (int row = 0; row < rows_of(p, rate); row++)
-            for (size_t k = 0; k < rate->width; k++)
-                mill_precision_of(known, rate, row)[k].value =
-                    duration > 0 ? change(p, from, to, rate, row, k) / duration : none;
+        for (size_t i = 0; i < numbers_of(p, rate); i++)
+            mill_precision_of(known, rate, 0)[i].value =
+                duration > 0 ? change(p, from, to, rate, i) / duration : none;
     }
 }
 
