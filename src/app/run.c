@@ -155,7 +155,7 @@ static void show(const struct run *r, bool begins, const char *state)
     const struct mill_tally *tally = mill_observers_tally(&r->first->observers);
     /* not before run.sample_from, and not during the start-up if it is to be cut off */
     const bool samples =
-        tally->at.open && (!tally->search || tally->at.settled || !(tally->precision > 0));
+        tally->at.open && (!tally->search || tally->at.settled || !(tally->asked.precision > 0));
     const double time = mill_starts_time(&r->starts), end = r->deck->observe.end;
     struct mill_progress p = {time,
                               end,

@@ -100,7 +100,7 @@ static void sum_hard(struct mill_tally_results *r)
     const uint64_t each = apart ? many * length : length; /* batches of a value */
     double hard[MILL_SPREAD_MOST] = {0}, rest[MILL_SPREAD_MOST], part[MILL_ENERGIES_BLOCKS];
     r->is_hard = mill_energies_find_hard(r->sums.pair, r->tally->plan.energies.pairs,
-                                         r->tally->hard, r->tally->hard_by);
+                                         r->tally->asked.hard, r->tally->asked.hard_by);
     const double count = r->is_hard.count, rate = mill_tally_per_second(r, count);
     for (size_t s = 0; s < of.starts; s++) {
         const struct mill_tally *t = r->tally->start[s];
@@ -122,7 +122,7 @@ static void sum_hard(struct mill_tally_results *r)
     r->hard_per_joule.value = drive > 0 ? rate / drive : (double)NAN;
     /* a found energy varies with the losses, and not in proportion: then the quotient is not known
      * better than the rate (jars with a heap) */
-    const double least = isnan(r->tally->hard) && apart ? r->hard.error / rate : 0;
+    const double least = isnan(r->tally->asked.hard) && apart ? r->hard.error / rate : 0;
     r->hard_per_joule.error = fmax(r->hard_per_joule.error / drive,
                                    r->hard_per_joule.value * fmax(least, 1 / sqrt(count)));
     if (r->hard.freedom == 0 || !(drive > 0))
@@ -144,7 +144,7 @@ uint64_t mill_tally_window(const struct mill_tally *t, struct mill_tally_progres
     const struct mill_precision_set set = set_of(t);
     uint64_t from = 0;
     const bool found =
-        t->search && (t->precision > 0 || (period > 0 && n >= MILL_TALLY_TURNS * period));
+        t->search && (t->asked.precision > 0 || (period > 0 && n >= MILL_TALLY_TURNS * period));
     at->settled = true;
     if (found)
         from = (mill_precision_cut(&set, &at->settled) + length - 1) / length * length;
@@ -193,9 +193,9 @@ static void doubt(struct mill_tally_results *r)
     const bool rests = r->world->soft.on || !(share > 0) || share > MILL_TALLY_RESTING;
     const bool moves = r->world->container.motion && rests;
     const bool few = r->tally->starts < MILL_SPREAD_SEVERAL;
-    r->doubt = few && moves    ? r->tally->starts > 1 ? MILL_TALLY_FEW_STARTS
-                                 : r->tally->several  ? MILL_TALLY_FIRST_OF_ALL
-                                                      : MILL_TALLY_ONE_START
+    r->doubt = few && moves    ? r->tally->starts > 1         ? MILL_TALLY_FEW_STARTS
+                                 : r->tally->asked.starts > 1 ? MILL_TALLY_FIRST_OF_ALL
+                                                              : MILL_TALLY_ONE_START
                : known->drifts ? MILL_TALLY_DRIFTS
                                : MILL_TALLY_KNOWN;
     if (r->doubt == MILL_TALLY_KNOWN)
@@ -236,8 +236,8 @@ enum mill_status mill_tally_results_make(const struct mill_tally *tally,
     sum_account(r);
     sum_hard(r);
     doubt(r);
-    r->reached = tally->precision > 0 && r->at.settled &&
-                 mill_precision_reached(&r->at.known, tally->precision);
+    r->reached = tally->asked.precision > 0 && r->at.settled &&
+                 mill_precision_reached(&r->at.known, tally->asked.precision);
     return MILL_OK;
 }
 

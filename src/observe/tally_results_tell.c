@@ -186,9 +186,9 @@ static void tell_asked(struct mill_sink *sink, const struct mill_tally_results *
     mill_tell_count(sink, "settled", r->at.settled,
                     "1: the start-up is over; 0: the best cut might lie in the second half of the "
                     "run, or the run is too short to tell");
-    if (r->tally->precision == 0)
+    if (r->tally->asked.precision == 0)
         return;
-    mill_tell_number(sink, "asked", r->tally->precision, "1", "run.precision");
+    mill_tell_number(sink, "asked", r->tally->asked.precision, "1", "run.precision");
     mill_tell_count(sink, "reached", r->reached,
                     "1: settled, and the standard errors of median_above_floor and drive_power "
                     "are at most `asked` times their values (the power's only if the motions do "
@@ -229,7 +229,7 @@ static void tell_precision(struct mill_sink *sink, const struct mill_tally_resul
                "per power lost in impacts");
     mill_tell_number(sink, "batch", r->tally->batches.at.batch, "s", "length of a batch");
     mill_tell_count(sink, "batches", known->batches, "whole batches within the window");
-    if (r->tally->precision > 0 || r->tally->search)
+    if (r->tally->asked.precision > 0 || r->tally->search)
         tell_asked(sink, r);
     sink->close(sink);
 }
@@ -337,7 +337,7 @@ void mill_tally_results_tell(const struct mill_tally_results *r, struct mill_sin
     mill_tell_number(sink, "strike_window", r->tally->pairs.window, "s",
                      "impacts of a pair within this time are one strike");
     mill_tell_number(sink, "hard_energy", r->is_hard.energy, "J",
-                     isnan(r->tally->hard)
+                     isnan(r->tally->asked.hard)
                          ? "above it falls half of the energy that impacts lose; such impacts are "
                            "hard"
                          : "impacts of this energy or more are hard");
@@ -366,7 +366,7 @@ void mill_tally_results_tell(const struct mill_tally_results *r, struct mill_sin
         mill_maps_tell(&plan->maps, &sums->part[MILL_GATHERED_HITS], sums->flow,
                        sums->counts->samples, sink);
         if (!sink->part) /* another program's run: the surfaces that balls met are not known */
-            mill_wear_tell(&plan->wear, sums->wear, r->duration, r->tally->law, sink);
+            mill_wear_tell(&plan->wear, sums->wear, r->duration, r->tally->asked.wear, sink);
     }
     tell_rotor(sink, r);
     tell_motions(sink, r);
