@@ -49,11 +49,14 @@ static void set_rows(struct mill_tally_results *r, struct mill_speeds *speeds,
     }
 }
 
-/* Share of the impacts at the floor, of each row */
-static void share_floored(struct mill_tally_results *r)
+/* Computes what follows from the accounts, and medians, over the whole window. A motion without an
+ * axis has no torque. */
+static void sum_account(struct mill_tally_results *r)
 {
     const struct mill_account *from = &r->at.at_begin, *to = &r->at.at_end;
+    struct mill_precision_known *known = &r->at.known;
     uint64_t floored = 0, impacts = 0;
+    mill_precision_whole(known, &r->tally->batches, from, to, r->duration);
     for (int row = 0; row <= r->all; row++) {
         const bool all = row == r->all;
         const uint64_t low = all ? floored : to->floored[row] - from->floored[row];
@@ -62,16 +65,6 @@ static void share_floored(struct mill_tally_results *r)
         floored += low;
         impacts += met;
     }
-}
-
-/* Computes what follows from the accounts, and medians, over the whole window. A motion without an
- * axis has no torque. */
-static void sum_account(struct mill_tally_results *r)
-{
-    const struct mill_account *from = &r->at.at_begin, *to = &r->at.at_end;
-    struct mill_precision_known *known = &r->at.known;
-    mill_precision_whole(known, &r->tally->batches, from, to, r->duration);
-    share_floored(r);
     r->pinch_power =
         (to->pinch_work - from->pinch_work) / (r->duration > 0 ? r->duration : (double)NAN);
     for (int k = 0; k < r->world->motions; k++) {
@@ -129,20 +122,13 @@ static void sum_hard(struct mill_tally_results *r)
         r->hard_per_joule = (struct mill_spread_mean){r->hard_per_joule.value, NAN, 0};
 }
 
-/* The batches of all starts */
-static struct mill_precision_set set_of(const struct mill_tally *t)
-{
-    struct mill_precision_set set = {.count = t->starts};
-    for (int s = 0; s < t->starts; s++)
-        set.of[s] = &t->start[s]->batches;
-    return set;
-}
-
 uint64_t mill_tally_window(const struct mill_tally *t, struct mill_tally_progress *at)
 {
     const uint64_t n = t->batches.at.batches, period = t->batches.at.period, length = t->at.length;
-    const struct mill_precision_set set = set_of(t);
+    struct mill_precision_set set = {.count = t->starts};
     uint64_t from = 0;
+    for (int s = 0; s < t->starts; s++)
+        set.of[s] = &t->start[s]->batches;
     const bool found =
         t->search && (t->asked.precision > 0 || (period > 0 && n >= MILL_TALLY_TURNS * period));
     at->settled = true;

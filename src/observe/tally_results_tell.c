@@ -31,19 +31,6 @@ static void tell_bins(struct mill_sink *sink, const struct mill_spectrum *spectr
     sink->attribute(sink, "overflow", sum->type, 0, below + (MILL_SPECTRUM_SLOTS - 1) * sum->step);
 }
 
-static void tell_histogram(struct mill_sink *sink, const struct mill_spectrum_grid *grid,
-                           const struct mill_spectrum *spectrum)
-{
-    sink->open(sink, "histogram");
-    sink->again(sink, "edges", MILL_SPECTRUM_BINS + 1, grid->edge, "m s-1",
-                "edges of the bins, 20^(k/152) m/s with k = -760..380; bin i is edges[i] <= v < "
-                "edges[i+1]");
-    tell_bins(sink, spectrum, MILL_SPECTRUM_COUNT);
-    tell_bins(sink, spectrum, MILL_SPECTRUM_DISSIPATION);
-    mill_tell_part(sink);
-    sink->close(sink);
-}
-
 static void tell_speed(struct mill_sink *sink, const char *name,
                        const struct mill_spectrum_grid *grid, const struct mill_tally_speed *speed,
                        const struct mill_spectrum *spectrum)
@@ -55,8 +42,16 @@ static void tell_speed(struct mill_sink *sink, const char *name,
         if (sink->full && speed_of[k].n > 0)
             sink->attribute(sink, "levels", MILL_H5_F64, MILL_TALLY_LEVELS, mill_tally_level);
     }
-    if (sink->full)
-        tell_histogram(sink, grid, spectrum);
+    if (sink->full) {
+        sink->open(sink, "histogram");
+        sink->again(sink, "edges", MILL_SPECTRUM_BINS + 1, grid->edge, "m s-1",
+                    "edges of the bins, 20^(k/152) m/s with k = -760..380; bin i is edges[i] <= v "
+                    "< edges[i+1]");
+        tell_bins(sink, spectrum, MILL_SPECTRUM_COUNT);
+        tell_bins(sink, spectrum, MILL_SPECTRUM_DISSIPATION);
+        mill_tell_part(sink);
+        sink->close(sink);
+    }
     sink->close(sink);
 }
 
@@ -164,41 +159,40 @@ static void tell_means(struct mill_sink *sink, const char *name,
     sink->close(sink);
 }
 
-/* Writes a rate of the account: of each kind and of all together, or of the whole mill. */
-static void tell_rate(struct mill_sink *sink, const struct mill_tally_results *r, int which)
+/* Writes a row of a rate. */
+typedef void tell_row(struct mill_sink *sink, const struct mill_tally_results *r, const char *name,
+                      const struct mill_precision_rate *rate, int row);
+
+static void tell_mean(struct mill_sink *sink, const struct mill_tally_results *r, const char *name,
+                      const struct mill_precision_rate *rate, int row)
 {
-    const struct mill_precision_rate *rate = &mill_precision_rates[which];
-    const bool kinds = rate->each == MILL_PRECISION_KIND;
-    if (kinds)
-        sink->open(sink, rate->name);
-    for (int n = 0; n <= (kinds ? r->kinds.count : 0); n++)
-        tell_means(sink, kinds ? r->kinds.name[n] : rate->name,
-                   mill_precision_of(&r->at.known, rate, kinds ? r->kinds.kind[n] : 0), rate->width,
-                   rate->unit, rate->meaning);
-    if (kinds)
-        sink->close(sink);
+    tell_means(sink, name, mill_precision_of(&r->at.known, rate, row), rate->width, rate->unit,
+               rate->meaning);
 }
 
-static void tell_asked(struct mill_sink *sink, const struct mill_tally_results *r)
+/* Writes a rate: of the mill, of each motion, or of each kind and of all together. */
+static void tell_rate(struct mill_sink *sink, const struct mill_tally_results *r, int which,
+                      tell_row *tell)
 {
-    mill_tell_number(sink, "warm_up", r->begin, "s",
-                     "time before the window, cut off: by MSER-5, or given as run.sample_from");
-    mill_tell_count(sink, "settled", r->at.settled,
-                    "1: the start-up is over; 0: the best cut might lie in the second half of the "
-                    "run, or the run is too short to tell");
-    if (r->tally->asked.precision == 0)
-        return;
-    mill_tell_number(sink, "asked", r->tally->asked.precision, "1", "run.precision");
-    mill_tell_count(sink, "reached", r->reached,
-                    "1: settled, and the standard errors of median_above_floor and drive_power "
-                    "are at most `asked` times their values (the power's only if the motions do "
-                    "any work)");
+    const struct mill_precision_rate *rate = &mill_precision_rates[which];
+    const bool one = rate->each == MILL_PRECISION_ONE, kinds = rate->each == MILL_PRECISION_KIND;
+    if (!one)
+        sink->open(sink, rate->name);
+    for (int n = 0; n < (one ? 1 : kinds ? r->kinds.count + 1 : r->world->motions); n++)
+        tell(sink, r,
+             one     ? rate->name
+             : kinds ? r->kinds.name[n]
+                     : r->world->motion_name[n],
+             rate, kinds ? r->kinds.kind[n] : n);
+    if (!one)
+        sink->close(sink);
 }
 
 static void tell_precision(struct mill_sink *sink, const struct mill_tally_results *r)
 {
     const struct mill_precision_known *known = &r->at.known;
     const int rotor = r->world->rotor;
+    const double asked = r->tally->asked.precision;
     static const char *const doubt[] = {
         [MILL_TALLY_KNOWN] = "none",
         [MILL_TALLY_ONE_START] = "one start",
@@ -213,7 +207,7 @@ static void tell_precision(struct mill_sink *sink, const struct mill_tally_resul
     tell_means(sink, "median", &known->median, 1, "m s-1", "median normal speed of all impacts");
     tell_means(sink, "median_above_floor", &known->median_fast, 1, "m s-1",
                "median normal speed of the impacts from above_floor on");
-    tell_rate(sink, r, MILL_PRECISION_DRIVE);
+    tell_rate(sink, r, MILL_PRECISION_DRIVE, tell_mean);
     if (rotor >= 0) {
         tell_means(sink, "rotor_power", &known->motion_power[rotor], 1, "W",
                    "mean power of the rotor on the balls");
@@ -221,7 +215,7 @@ static void tell_precision(struct mill_sink *sink, const struct mill_tally_resul
                    "mean torque of the rotor on the balls about +x");
     }
     for (int which = MILL_PRECISION_RATE; which < MILL_PRECISION_RATES; which++)
-        tell_rate(sink, r, which);
+        tell_rate(sink, r, which, tell_mean);
     tell_means(sink, "hard_rate", &r->hard, 1, "s-1",
                "impacts per second of /statistics/hard_energy or more");
     tell_means(sink, "hard_per_joule", &r->hard_per_joule, 1, "J-1",
@@ -229,8 +223,20 @@ static void tell_precision(struct mill_sink *sink, const struct mill_tally_resul
                "per power lost in impacts");
     mill_tell_number(sink, "batch", r->tally->batches.at.batch, "s", "length of a batch");
     mill_tell_count(sink, "batches", known->batches, "whole batches within the window");
-    if (r->tally->asked.precision > 0 || r->tally->search)
-        tell_asked(sink, r);
+    if (asked > 0 || r->tally->search) {
+        mill_tell_number(sink, "warm_up", r->begin, "s",
+                         "time before the window, cut off: by MSER-5, or given as run.sample_from");
+        mill_tell_count(sink, "settled", r->at.settled,
+                        "1: the start-up is over; 0: the best cut might lie in the second half of "
+                        "the run, or the run is too short to tell");
+    }
+    if (asked > 0) {
+        mill_tell_number(sink, "asked", asked, "1", "run.precision");
+        mill_tell_count(sink, "reached", r->reached,
+                        "1: settled, and the standard errors of median_above_floor and drive_power "
+                        "are at most `asked` times their values (the power's only if the motions "
+                        "do any work)");
+    }
     sink->close(sink);
 }
 
@@ -264,11 +270,9 @@ static void tell_gathered(struct mill_sink *sink, const struct mill_tally_result
         const struct mill_tally *t = r->tally->start[k];
         const uint64_t portions = t->search ? t->at.portions : 0;
         struct mill_gathered_counts sum = *t->gathered.counts;
-        for (uint64_t i = portions > 0 ? r->from / t->at.length : 0; i < portions; i++) {
-            sum.samples += t->portion[i].counts->samples;
-            sum.kinetic += t->portion[i].counts->kinetic;
-            sum.rotational += t->portion[i].counts->rotational;
-        }
+        for (uint64_t i = portions > 0 ? r->from / t->at.length : 0; i < portions; i++)
+            mill_sums_add_records(r->sums.part[MILL_GATHERED_COUNTS].list, 1, &sum,
+                                  t->portion[i].counts);
         seed[k] = t->seed;
         energy[k] = sum.kinetic / (double)sum.samples;
         energy[n + k] = sum.rotational / (double)sum.samples;
@@ -300,21 +304,8 @@ static void tell_starts(struct mill_sink *sink, const struct mill_tally_results 
     mill_tell_number(sink, "end", batches->origin + (double)batches->at.batches * batches->at.batch,
                      "s", "of its last whole batch: values of starts are up to here");
     tell_gathered(sink, r);
-    for (int i = 0; i < MILL_PRECISION_RATES; i++) {
-        const struct mill_precision_rate *rate = &mill_precision_rates[i];
-        const bool one = rate->each == MILL_PRECISION_ONE,
-                   of_kind = rate->each == MILL_PRECISION_KIND;
-        if (!one)
-            sink->open(sink, rate->name);
-        for (int n = 0; n < (one ? 1 : of_kind ? r->kinds.count + 1 : r->world->motions); n++)
-            tell_each(sink, r,
-                      one       ? rate->name
-                      : of_kind ? r->kinds.name[n]
-                                : r->world->motion_name[n],
-                      rate, of_kind ? r->kinds.kind[n] : n);
-        if (!one)
-            sink->close(sink);
-    }
+    for (int which = 0; which < MILL_PRECISION_RATES; which++)
+        tell_rate(sink, r, which, tell_each);
     sink->close(sink);
 }
 
