@@ -118,14 +118,14 @@ enum mill_status mill_starts_grow(struct mill_starts *s, struct mill_error *erro
     mill_random_seed(&random, s->deck->setup.seed);
     for (int k = 1; k < s->count; k++)
         s->one[k].seed = (unsigned long)ldexp(mill_random_uniform(&random), 32);
-    if (made == 0) {
+    if (!s->crew) {
         const int threads = threads_of(s->deck, s->count);
         s->workers = threads < s->count ? threads : s->count;
         s->workers = s->workers < MILL_CREW_MOST ? s->workers : MILL_CREW_MOST;
         if (s->workers > 1 && !(s->crew = mill_crew_create(s->workers)))
             return mill_error_set(error, MILL_FAILED, "out of memory for the starts");
     }
-    share(s, make_part, made > 0 ? made : 1);
+    share(s, make_part, made);
     return first_of(s, error);
 }
 
@@ -133,12 +133,12 @@ enum mill_status mill_starts_make(struct mill_starts *s, const struct mill_deck 
                                   const struct mill_start_watch *watch, struct mill_error *error)
 {
     *s = (struct mill_starts){.deck = deck,
-                              .plan = {deck->observe.end, (uint64_t)deck->observe.starts, false}};
+                              .plan = {deck->observe.end, (uint64_t)deck->observe.starts, false},
+                              .count = 1};
     s->one[0].seed = deck->setup.seed;
     enum mill_status status = make(deck, &s->one[0], true, watch, error);
     if (status == MILL_OK)
         status = mill_starts_grow(s, error);
-    s->count = s->count > 0 ? s->count : 1;
     if (status != MILL_OK)
         return status;
     const struct mill_precision *batches = &tally_of(&s->one[0])->batches;

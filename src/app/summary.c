@@ -78,8 +78,10 @@ static void print_drive(const struct mill_summary *s)
     const struct mill_world *world = s->world;
     const struct mill_precision_known *known = &r->at.known;
     const bool rotor = world->motions == 1 && world->rotor == 0;
-    const double times = r->duration / r->tally->starts / world->period,
-                 mass = mill_summary_mass(world);
+    const double times = r->duration / r->tally->starts / world->period;
+    double mass = 0;
+    for (int32_t i = 0; i < world->balls; i++)
+        mass += world->species[world->ball[i].species].mass;
     const struct mill_spread_mean specific = {known->drive.value / mass, known->drive.error / mass,
                                               0};
     mill_summary_line(s->out, rotor ? "rotor power" : "drive power", "%s, %s of balls\n",

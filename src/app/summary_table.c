@@ -236,14 +236,6 @@ void mill_summary_mill(const struct mill_world *world, const struct mill_deck *d
         print_laws(deck, out);
 }
 
-double mill_summary_mass(const struct mill_world *world)
-{
-    double mass = 0;
-    for (int32_t i = 0; i < world->balls; i++)
-        mass += world->species[world->ball[i].species].mass;
-    return mass;
-}
-
 /* ---- the table: one unit a column ---- */
 
 static struct scale scale_of(double value, const char *unit)
