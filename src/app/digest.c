@@ -67,7 +67,7 @@ static enum mill_status fill(struct digest *d, char *to, size_t count, size_t *g
         while (!*stop && poll(&input, 1, PATIENCE) <= 0)
             ;
         if (*stop)
-            return mill_error_set(d->error, MILL_STOPPED, "%s", "");
+            return mill_error_set(d->error, MILL_STOPPED, "stopped by signal %d", (int)*stop);
         length = read(STDIN_FILENO, to + *got, count - *got);
         if (length < 0 && errno != EINTR)
             return mill_error_set(d->error, MILL_FAILED, "standard input: cannot read: %s",
@@ -213,11 +213,11 @@ static enum mill_status open_output(struct digest *d)
 
 static void write_results(const struct digest *d, const char *status)
 {
+    const double local = d->replay.now - d->world->base;
     const struct mill_facts facts = {.status = status,
                                      .time = d->replay.now,
-                                     .local = d->replay.now - d->world->base,
-                                     .totals =
-                                         mill_record_add(d->world, d->replay.now - d->world->base),
+                                     .local = local,
+                                     .totals = mill_record_add(d->world, local),
                                      .foreign = &d->facts};
     for (int k = 0; k < 2; k++) {
         const char *value = mill_facts_text(&d->facts, k ? "version" : "program");
@@ -364,9 +364,7 @@ static enum mill_status conclude(struct digest *d, enum mill_status status)
     struct mill_h5 *file = d->file;
     if (!file || (status != MILL_OK && d->replay.accounts == 0)) {
         if (status == MILL_STOPPED)
-            mill_error_set(d->error, status,
-                           "stopped by signal %d before there was anything to write",
-                           (int)*d->order->stop);
+            mill_error_set(d->error, status, "%s before there was anything to write", what.text);
         return status;
     }
     if (mill_h5_status(file, NULL) != MILL_OK)
@@ -376,24 +374,10 @@ static enum mill_status conclude(struct digest *d, enum mill_status status)
     d->file = NULL;
     if (mill_h5_close(file, d->error) != MILL_OK)
         return MILL_FAILED;
-    if (status == MILL_STOPPED)
-        return mill_error_set(d->error, status,
-                              "stopped by signal %d; %s holds the run up to %.6g s",
-                              (int)*d->order->stop, d->output, d->replay.now);
     if (status != MILL_OK)
         mill_error_set(d->error, status, "%s; %s holds the run up to %.6g s", what.text, d->output,
                        d->replay.now);
     return status;
-}
-
-static void tell(const struct digest *d)
-{
-    uint64_t impacts = 0;
-    for (int k = 0; k < d->world->kinds.count; k++)
-        impacts += d->world->account.collisions[k];
-    fprintf(d->order->page, "%s: %.6g s of %s %s, %s, %" PRIu64 " impacts\n", d->output,
-            d->replay.now, mill_facts_text(&d->facts, "program"),
-            mill_facts_text(&d->facts, "version"), d->ended, impacts);
 }
 
 enum mill_status mill_digest(struct mill_run_order *order)
@@ -408,7 +392,10 @@ enum mill_status mill_digest(struct mill_run_order *order)
     if (status != MILL_BAD_DECK)
         status = conclude(&d, status);
     if (status == MILL_OK && !order->asked->given[MILL_QUIET])
-        tell(&d);
+        fprintf(order->page, "%s: %.6g s of %s %s, %s, %" PRIu64 " impacts\n", d.output,
+                d.replay.now, mill_facts_text(&d.facts, "program"),
+                mill_facts_text(&d.facts, "version"), d.ended,
+                mill_record_add(d.world, d.replay.now - d.world->base).contacts);
     mill_h5_abandon(d.file); /* still open: the file stays as last published */
     mill_replay_free(&d.replay);
     mill_observers_free(&d.observers);
