@@ -104,14 +104,6 @@ static bool find_earlier(struct run *r)
     return good;
 }
 
-/* Makes the mill and its observers, at t = 0 */
-static bool build(struct run *r)
-{
-    const struct mill_start_watch watch = {mill_progress_stage, &r->order->display};
-    r->first = r->starts.one;
-    return ok(r, mill_starts_make(&r->starts, r->deck, &watch, r->error));
-}
-
 static bool open_output(struct run *r)
 {
     const enum mill_h5_open how = r->resumes              ? MILL_H5_UPDATE
@@ -194,7 +186,10 @@ static void note_cost(struct run *r)
 /* Makes the mill from the deck or the state, and a file that holds what is known so far */
 static bool prepare(struct run *r)
 {
-    if (!build(r) || !open_output(r) || (r->resumes && !take_up(r)) ||
+    const struct mill_start_watch watch = {mill_progress_stage, &r->order->display};
+    r->first = r->starts.one;
+    if (!ok(r, mill_starts_make(&r->starts, r->deck, &watch, r->error)) || !open_output(r) ||
+        (r->resumes && !take_up(r)) ||
         !ok(r, mill_observers_open(&r->first->observers, &r->deck->observe, r->file,
                                    r->first->world, r->first->sim, r->error)))
         return false;
@@ -222,11 +217,12 @@ static struct mill_record_cost cost_of(const struct run *r)
     return cost;
 }
 
-static struct mill_facts facts_of(const struct run *r, const char *status)
+/* *sum: the world that they are of, all starts together */
+static struct mill_facts facts_of(struct run *r, const char *status, struct mill_world *sum)
 {
     const bool asked = r->deck->observe.precision > 0 || r->deck->observe.max_collisions > 0;
     const char *by = strcmp(status, "complete") == 0 ? r->ended_by.text : "none";
-    return (struct mill_facts){.status = status,
+    struct mill_facts facts = {.status = status,
                                .ended_by = asked ? by : NULL,
                                .time = mill_sim_time(r->first->sim),
                                .local = mill_sim_local_time(r->first->sim),
@@ -238,6 +234,9 @@ static struct mill_facts facts_of(const struct run *r, const char *status)
                                .deck = r->order->asked->deck,
                                .output = r->output,
                                .version = mill_version};
+    *sum = mill_starts_sum(&r->starts, &facts.totals);
+    mill_starts_join(&r->starts);
+    return facts;
 }
 
 /* Writes the state that the run can continue from */
@@ -262,11 +261,11 @@ void mill_run_write(struct mill_h5 *file, const struct mill_observers *observers
                                              &error) == MILL_OK;
     if (made)
         mill_notes_take(&notes, world, results, facts->local, stopped, others);
-    mill_tally_results_free(results);
-    if (!made) {
+    else
         mill_h5_spend(file, error.text);
+    mill_tally_results_free(results);
+    if (!made)
         return;
-    }
     mill_sink_file(&to, file, "/run");
     mill_record_tell(world, facts, &to.sink);
     if (others)
@@ -278,9 +277,8 @@ void mill_run_write(struct mill_h5 *file, const struct mill_observers *observers
 
 static void write_results(struct run *r, const char *status)
 {
-    struct mill_facts facts = facts_of(r, status);
-    const struct mill_world sum = mill_starts_sum(&r->starts, &facts.totals);
-    mill_starts_join(&r->starts);
+    struct mill_world sum;
+    const struct mill_facts facts = facts_of(r, status, &sum);
     mill_run_write(r->file, &r->first->observers, &sum, &facts);
 }
 
@@ -405,9 +403,8 @@ enum mill_status mill_run(struct mill_run_order *order)
         r.status = carry_out(&r);
     mill_h5_abandon(r.file); /* still open after a failure: the file stays as last published */
     if (r.status == MILL_OK || r.status == MILL_STOPPED) {
-        struct mill_facts facts = facts_of(&r, r.complete ? "complete" : "stopped");
-        const struct mill_world sum = mill_starts_sum(&r.starts, &facts.totals);
-        mill_starts_join(&r.starts);
+        struct mill_world sum;
+        const struct mill_facts facts = facts_of(&r, r.complete ? "complete" : "stopped", &sum);
         struct mill_summary s = {order->page, &sum,   &r.first->observers,
                                  &facts,      r.deck, .results = NULL};
         if (mill_summary_write(&s, asked->given[MILL_JSON], r.error) != MILL_OK)
