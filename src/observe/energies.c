@@ -30,11 +30,15 @@ enum { SUMS = sizeof sum_of / sizeof *sum_of, DISSIPATED = 2 };
 const struct mill_sums_list mill_energies_sums = {"energies", sizeof(struct mill_energies_pair),
                                                   SUMS, sum_of};
 
-/* Few species are classes of their own. Many are put into as many classes by their rank in mass. */
-static void set_classes(struct mill_energies *e, const struct mill_world *world)
+bool mill_energies_init(struct mill_energies *e, const struct mill_world *world)
 {
     const int32_t n = world->species_count;
     const bool few = n <= MILL_ENERGIES_CLASSES;
+    *e = (struct mill_energies){.world = world};
+    e->class_of = malloc((size_t)n * sizeof *e->class_of);
+    if (!e->class_of)
+        return false;
+    /* few species are classes of their own; many are put into classes by their rank in mass */
     e->classes = few ? (size_t)n : MILL_ENERGIES_CLASSES;
     for (int32_t i = 0; i < n; i++) {
         const double mass = world->species[i].mass;
@@ -43,15 +47,6 @@ static void set_classes(struct mill_energies *e, const struct mill_world *world)
             rank += world->species[k].mass < mass || (k < i && world->species[k].mass == mass);
         e->class_of[i] = few ? i : (int32_t)(rank * MILL_ENERGIES_CLASSES / n);
     }
-}
-
-bool mill_energies_init(struct mill_energies *e, const struct mill_world *world)
-{
-    *e = (struct mill_energies){.world = world};
-    e->class_of = malloc((size_t)world->species_count * sizeof *e->class_of);
-    if (!e->class_of)
-        return false;
-    set_classes(e, world);
     e->pairs = e->classes * (e->classes + 1) / 2;
     for (int kind = 1; kind < world->kinds.count; kind++, e->pairs += e->classes)
         e->first[kind] = e->pairs;

@@ -148,8 +148,7 @@ static void add_starts(struct mill_tally_results *r)
 {
     const struct mill_tally *first = r->tally;
     const uint64_t batches = first->batches.at.batches;
-    struct mill_account begin = {0}, end = {0};
-    r->late = begin;
+    r->at.at_begin = r->at.at_end = r->late = (struct mill_account){0};
     for (int s = 0; s < first->starts; s++) {
         const struct mill_tally *t = first->start[s];
         const struct mill_account *at = t->batches.accounts;
@@ -157,8 +156,8 @@ static void add_starts(struct mill_tally_results *r)
         const struct mill_account *then = !t->at.open ? now
                                           : t->search ? &at[r->from]
                                                       : &t->at.at_begin;
-        mill_world_add_account(&begin, then);
-        mill_world_add_account(&end, now);
+        mill_world_add_account(&r->at.at_begin, then);
+        mill_world_add_account(&r->at.at_end, now);
         mill_world_add_account(&r->late,
                                t->at.open ? &at[r->from + 9 * (batches - r->from) / 10] : now);
         const uint64_t portions = t->search ? t->at.portions : 0;
@@ -166,8 +165,6 @@ static void add_starts(struct mill_tally_results *r)
         for (uint64_t i = portions > 0 ? r->from / t->at.length : 0; i < portions; i++)
             mill_gathered_add(&r->sums, &t->portion[i]);
     }
-    r->at.at_begin = begin;
-    r->at.at_end = end;
 }
 
 /* Without an error a number says how it is not known; with a wrong one it misleads. */
