@@ -144,22 +144,6 @@ static enum mill_status read_record(struct digest *d)
 
 /* ---- the mill ---- */
 
-/* Results cannot end such a run, and its window begins where the deck says. */
-static enum mill_status build(struct digest *d)
-{
-    const struct mill_deck *deck = d->order->deck;
-    const struct mill_start_watch watch = {mill_progress_stage, &d->order->display};
-    enum mill_status status = mill_deck_setup_world(deck, &watch, &d->world, d->error);
-    mill_progress_end(&d->order->display);
-    if (status != MILL_OK)
-        return status;
-    d->observe = deck->observe;
-    d->observe.sample_found = false;
-    d->observe.starts = 1;
-    d->observe.precision = d->observe.max_collisions = 0;
-    return MILL_OK;
-}
-
 /* Checks that the stream is of this mill. */
 static enum mill_status begin(struct digest *d)
 {
@@ -382,9 +366,18 @@ static enum mill_status conclude(struct digest *d, enum mill_status status)
 
 enum mill_status mill_digest(struct mill_run_order *order)
 {
-    struct digest d = {.order = order, .output = order->asked->output, .error = order->error};
+    const struct mill_start_watch watch = {mill_progress_stage, &order->display};
+    struct digest d = {.order = order,
+                       .output = order->asked->output,
+                       .error = order->error,
+                       .observe = order->deck->observe};
     bool over = false;
-    enum mill_status status = build(&d);
+    /* results cannot end such a run, and its window begins where the deck says */
+    d.observe.sample_found = false;
+    d.observe.starts = 1;
+    d.observe.precision = d.observe.max_collisions = 0;
+    enum mill_status status = mill_deck_setup_world(order->deck, &watch, &d.world, d.error);
+    mill_progress_end(&order->display);
     if (status == MILL_OK)
         status = begin_stream(&d);
     while (status == MILL_OK && !over)
