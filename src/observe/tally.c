@@ -9,7 +9,6 @@
 
 #include <math.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 /* ---- the end of the run and the start of the window ----
@@ -61,7 +60,7 @@ static void join_portions(struct mill_tally *t)
 /* Returns the strikes of an earlier portion. */
 static struct mill_speeds *strikes_of(struct mill_tally *t, int32_t portion)
 {
-    for (uint64_t i = 0; t->portion && i < t->at.portions; i++)
+    for (uint64_t i = 0; t->search && i < t->at.portions; i++)
         if (portion <= t->portion[i].last)
             return t->portion[i].strikes;
     return t->gathered.strikes;
@@ -301,9 +300,8 @@ double mill_tally_contact(const struct mill_world *world)
 static void free_tally(struct mill_observer *observer)
 {
     struct mill_tally *tally = (struct mill_tally *)observer;
-    for (int i = 0; tally->portion && i < MILL_TALLY_PORTIONS; i++)
+    for (int i = 0; i < MILL_TALLY_PORTIONS; i++)
         mill_gathered_free(&tally->portion[i]);
-    free(tally->portion);
     mill_gathered_free(&tally->gathered);
     mill_gathered_free_plan(&tally->plan);
     mill_energies_blocks_free(&tally->blocks);
@@ -335,8 +333,7 @@ static enum mill_status create(struct mill_observer *observer, const struct mill
         !mill_energies_blocks_init(&tally->blocks, tally->plan.energies.pairs))
         return mill_error_set(error, MILL_FAILED, "out of memory for maps, spectra and energies");
     if (!mill_strikes_init(&tally->pairs, window) ||
-        !mill_precision_init(&tally->batches, tally->begin, world, &tally->grid) ||
-        (tally->search && !(tally->portion = calloc(MILL_TALLY_PORTIONS, sizeof *tally->portion))))
+        !mill_precision_init(&tally->batches, tally->begin, world, &tally->grid))
         return mill_error_set(error, MILL_FAILED, "out of memory for the statistics");
     tally->batches.most = asked->starts > 1 ? MILL_PRECISION_FEWER : MILL_PRECISION_BATCHES;
     if (tally->begin <= 0 && duration > 0)

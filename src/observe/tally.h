@@ -47,7 +47,7 @@ struct mill_tally {
     bool search;         /* the start of the window is to be found */
     struct mill_precision batches;
     uint64_t before[MILL_SPECTRUM_SLOTS]; /* impacts by speed at the end of the last batch */
-    struct mill_gathered *portion;        /* [MILL_TALLY_PORTIONS], or NULL */
+    struct mill_gathered portion[MILL_TALLY_PORTIONS];
     /* the starts of the run that results are made of, at the same time; the first is this one */
     unsigned long seed; /* of this start */
     int starts;

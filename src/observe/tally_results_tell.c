@@ -100,24 +100,19 @@ static void tell_motion(struct mill_sink *sink, const struct mill_precision_know
     }
 }
 
-/* If there are other motions too, it is not known which of them pressed the balls. */
-static void tell_rotor(struct mill_sink *sink, const struct mill_tally_results *r)
-{
-    if (r->world->rotor < 0)
-        return;
-    sink->open(sink, "rotor");
-    tell_motion(sink, &r->at.known, r->world->rotor, true);
-    mill_tell_number(sink, "pinch_power", r->world->motions == 1 ? r->pinch_power : (double)NAN,
-                     "W",
-                     "of it: work on balls pressed between a blade and others / duration; NaN: not "
-                     "known, as other motions press balls too");
-    sink->close(sink);
-}
-
-/* Writes the results of each motion, and of all together. */
+/* Writes the results of a rotor, of each motion, and of all together. */
 static void tell_motions(struct mill_sink *sink, const struct mill_tally_results *r)
 {
     const struct mill_precision_known *known = &r->at.known;
+    if (r->world->rotor >= 0) {
+        sink->open(sink, "rotor");
+        tell_motion(sink, known, r->world->rotor, true);
+        mill_tell_number(sink, "pinch_power", r->world->motions == 1 ? r->pinch_power : (double)NAN,
+                         "W",
+                         "of it: work on balls pressed between a blade and others / duration; NaN: "
+                         "not known, as other motions press balls too");
+        sink->close(sink);
+    }
     sink->open(sink, "motions");
     for (int k = 0; k < r->world->motions; k++) {
         sink->open(sink, r->world->motion_name[k]);
@@ -247,26 +242,24 @@ static void tell_each(struct mill_sink *sink, const struct mill_tally_results *r
 {
     const struct mill_tally *t = r->tally;
     const size_t dims[2] = {(size_t)t->starts, rate->width};
-    double *value = mill_sink_room(sink, dims[0] * rate->width, sizeof *value);
-    for (size_t i = 0; value && i < dims[0] * rate->width; i++)
+    double value[MILL_PRECISION_STARTS * MILL_WORLD_FAST];
+    for (size_t i = 0; i < dims[0] * rate->width; i++)
         value[i] = mill_precision_one(&t->start[i / rate->width]->batches, r->from,
                                       t->batches.at.batches, rate, row, i % rate->width);
-    if (value)
-        sink->values(sink, name, MILL_H5_F64, rate->width > 1 ? 2 : 1, dims, value, rate->unit,
-                     rate->meaning);
-    if (value && rate->width > 1)
+    sink->values(sink, name, MILL_H5_F64, rate->width > 1 ? 2 : 1, dims, value, rate->unit,
+                 rate->meaning);
+    if (rate->width > 1)
         sink->attribute(sink, "thresholds", MILL_H5_F64, MILL_WORLD_FAST, mill_world_fast);
-    free(value);
 }
 
 /* Mean energies of each start in its window, and its impacts by speed */
 static void tell_gathered(struct mill_sink *sink, const struct mill_tally_results *r)
 {
     const size_t n = (size_t)r->tally->starts, dims[2] = {n, MILL_SPECTRUM_SLOTS};
-    uint64_t *seed = mill_sink_room(sink, n, sizeof *seed);
+    uint64_t seed[MILL_PRECISION_STARTS];
     uint64_t *speeds = mill_sink_room(sink, n * MILL_SPECTRUM_SLOTS, sizeof *speeds);
-    double *energy = mill_sink_room(sink, 2 * n, sizeof *energy);
-    for (size_t k = 0; seed && speeds && energy && k < n; k++) {
+    double kinetic[MILL_PRECISION_STARTS], rotational[MILL_PRECISION_STARTS];
+    for (size_t k = 0; speeds && k < n; k++) {
         const struct mill_tally *t = r->tally->start[k];
         const uint64_t portions = t->search ? t->at.portions : 0;
         struct mill_gathered_counts sum = *t->gathered.counts;
@@ -274,23 +267,21 @@ static void tell_gathered(struct mill_sink *sink, const struct mill_tally_result
             mill_sums_add_records(r->sums.part[MILL_GATHERED_COUNTS].list, 1, &sum,
                                   t->portion[i].counts);
         seed[k] = t->seed;
-        energy[k] = sum.kinetic / (double)sum.samples;
-        energy[n + k] = sum.rotational / (double)sum.samples;
+        kinetic[k] = sum.kinetic / (double)sum.samples;
+        rotational[k] = sum.rotational / (double)sum.samples;
         for (uint64_t b = r->from; b < t->batches.at.batches; b++)
             for (int i = 0; i < MILL_SPECTRUM_SLOTS; i++)
                 speeds[k * MILL_SPECTRUM_SLOTS + (size_t)i] += t->batches.counts[b][i];
     }
-    if (seed && speeds && energy) {
+    if (speeds) {
         sink->values(sink, "seed", MILL_H5_U64, 1, dims, seed, "1", "run.seed of each start");
-        mill_tell_array(sink, "kinetic_energy", n, energy, "J", "mean over the window");
-        mill_tell_array(sink, "rotational_energy", n, energy + n, "J", "mean over the window");
+        mill_tell_array(sink, "kinetic_energy", n, kinetic, "J", "mean over the window");
+        mill_tell_array(sink, "rotational_energy", n, rotational, "J", "mean over the window");
         sink->values(sink, "speeds", MILL_H5_U64, 2, dims, speeds, "1",
                      "impacts of all kinds by normal speed: below the edges of a histogram of "
                      "speeds, in its bins, above them");
     }
-    free(seed);
     free(speeds);
-    free(energy);
 }
 
 /* Writes what errors of any sum or quotient can be computed from again. */
@@ -359,7 +350,6 @@ void mill_tally_results_tell(const struct mill_tally_results *r, struct mill_sin
         if (!sink->part) /* another program's run: the surfaces that balls met are not known */
             mill_wear_tell(&plan->wear, sums->wear, r->duration, r->tally->asked.wear, sink);
     }
-    tell_rotor(sink, r);
     tell_motions(sink, r);
     tell_precision(sink, r);
     sink->close(sink);
