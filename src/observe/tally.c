@@ -50,8 +50,7 @@ static void join_portions(struct mill_tally *t)
         for (uint64_t m = 1; m < many; m++)
             mill_gathered_add(first, &first[m]);
         first->last = first[many - 1].last;
-        if (k > 0)
-            move(&t->portion[k], first);
+        move(&t->portion[k], first);
     }
     t->at.portions /= many;
     t->at.length *= many;
