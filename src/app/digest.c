@@ -63,7 +63,7 @@ static enum mill_status fill(struct digest *d, char *to, size_t count, size_t *g
     struct pollfd input = {STDIN_FILENO, POLLIN, 0};
     ssize_t length = 1;
     *got = 0;
-    while (*got < count && length > 0) {
+    while (*got < count && length != 0) {
         while (!*stop && poll(&input, 1, PATIENCE) <= 0)
             ;
         if (*stop)
@@ -73,7 +73,6 @@ static enum mill_status fill(struct digest *d, char *to, size_t count, size_t *g
             return mill_error_set(d->error, MILL_FAILED, "standard input: cannot read: %s",
                                   strerror(errno));
         *got += length > 0 ? (size_t)length : 0;
-        length = length < 0 ? 1 : length;
     }
     return MILL_OK;
 }
@@ -121,7 +120,6 @@ static enum mill_status next_record(struct digest *d)
     return MILL_OK;
 }
 
-/* Reads the contents of the record. */
 static enum mill_status read_record(struct digest *d)
 {
     struct stream *s = &d->stream;
@@ -366,7 +364,6 @@ static enum mill_status conclude(struct digest *d, enum mill_status status)
 
 enum mill_status mill_digest(struct mill_run_order *order)
 {
-    const struct mill_start_watch watch = {mill_progress_stage, &order->display};
     struct digest d = {.order = order,
                        .output = order->asked->output,
                        .error = order->error,
@@ -376,7 +373,7 @@ enum mill_status mill_digest(struct mill_run_order *order)
     d.observe.sample_found = false;
     d.observe.starts = 1;
     d.observe.precision = d.observe.max_collisions = 0;
-    enum mill_status status = mill_deck_setup_world(order->deck, &watch, &d.world, d.error);
+    enum mill_status status = mill_deck_setup_world(order->deck, &order->watch, &d.world, d.error);
     mill_progress_end(&order->display);
     if (status == MILL_OK)
         status = begin_stream(&d);

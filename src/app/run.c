@@ -31,8 +31,7 @@ struct run {
     bool resumes; /* there is a state to continue from */
     /* the end is reached; the file may still have to be finished */
     bool complete;
-    struct mill_error ended_by; /* why it ended: "time", or an observer's reason */
-    double due;                 /* [s] wall time of the next checkpoint */
+    double due; /* [s] wall time of the next checkpoint */
     /* of earlier parts of a resumed run; checkpoints also of this part */
     struct mill_record_cost cost;
     bool saved; /* there is a checkpoint to resume from */
@@ -59,11 +58,10 @@ static bool ok(struct run *r, enum mill_status status)
 
 /* ---- the start ---- */
 
-/* Finds out whether the file's run is complete, why it ended, and whether there is a state to
- * continue from. */
+/* Finds out whether the file's run is complete, and whether there is a state to continue from. */
 static bool read_earlier(struct run *r, struct mill_h5 *file)
 {
-    char *text = NULL, *ended_by = NULL;
+    char *text = NULL;
     bool good = ok(r, mill_h5_read_text(file, "/run/status", &text, r->error));
     if (good && strcmp(text, "failed") == 0)
         good = ok(r, mill_error_set(r->error, MILL_FAILED,
@@ -71,13 +69,8 @@ static bool read_earlier(struct run *r, struct mill_h5 *file)
                                     "start again with --force",
                                     r->output));
     r->complete = good && strcmp(text, "complete") == 0;
-    good = good && ok(r, mill_checkpoint_find(file, r->output, &r->resumes, r->error)) &&
-           (!r->complete || !mill_h5_exists(file, "/run/ended_by") ||
-            ok(r, mill_h5_read_text(file, "/run/ended_by", &ended_by, r->error)));
-    mill_error_set(&r->ended_by, MILL_OK, "%s", ended_by ? ended_by : "time");
     free(text);
-    free(ended_by);
-    return good;
+    return good && ok(r, mill_checkpoint_find(file, r->output, &r->resumes, r->error));
 }
 
 /* Finds out what --resume can do: continue from a state, or start from the beginning. A complete
@@ -186,10 +179,9 @@ static void note_cost(struct run *r)
 /* Makes the mill from the deck or the state, and a file that holds what is known so far */
 static bool prepare(struct run *r)
 {
-    const struct mill_start_watch watch = {mill_progress_stage, &r->order->display};
     r->first = r->starts.one;
-    if (!ok(r, mill_starts_make(&r->starts, r->deck, &watch, r->error)) || !open_output(r) ||
-        (r->resumes && !take_up(r)) ||
+    if (!ok(r, mill_starts_make(&r->starts, r->deck, &r->order->watch, r->error)) ||
+        !open_output(r) || (r->resumes && !take_up(r)) ||
         !ok(r, mill_observers_open(&r->first->observers, &r->deck->observe, r->file,
                                    r->first->world, r->first->sim, r->error)))
         return false;
@@ -221,7 +213,12 @@ static struct mill_record_cost cost_of(const struct run *r)
 static struct mill_facts facts_of(struct run *r, const char *status, struct mill_world *sum)
 {
     const bool asked = r->deck->observe.precision > 0 || r->deck->observe.max_collisions > 0;
-    const char *by = strcmp(status, "complete") == 0 ? r->ended_by.text : "none";
+    static const char *const ends[] = {[MILL_TALLY_TIME] = "time",
+                                       [MILL_TALLY_PRECISION] = "precision",
+                                       [MILL_TALLY_COLLISIONS] = "max_collisions"};
+    const char *by = strcmp(status, "complete") != 0
+                         ? "none"
+                         : ends[mill_observers_tally(&r->first->observers)->at.ended];
     struct mill_facts facts = {.status = status,
                                .ended_by = asked ? by : NULL,
                                .time = mill_sim_time(r->first->sim),
@@ -315,10 +312,6 @@ static enum mill_status advance(struct run *r)
         if (status == MILL_OK && mill_record_clock(CLOCK_MONOTONIC) > r->due)
             status = save(r);
     }
-    mill_error_set(&r->ended_by, MILL_OK, "%s",
-                   status == MILL_ENDED   ? r->error->text
-                   : r->starts.plan.known ? "precision"
-                                          : "time");
     r->complete = status == MILL_OK || status == MILL_ENDED;
     return r->complete ? MILL_OK : status;
 }
