@@ -141,9 +141,7 @@ static void show(const struct run *r, bool begins, const char *state)
     /* not before run.sample_from, and not during the start-up if it is to be cut off */
     const bool samples =
         tally->at.open && (!tally->search || tally->at.settled || !(tally->asked.precision > 0));
-    const double time = mill_starts_time(&r->starts), end = r->deck->observe.end;
-    struct mill_progress p = {time,
-                              end,
+    struct mill_progress p = {.end = r->deck->observe.end,
                               .early = mill_forecast_early(r->first->world),
                               .wall = mill_record_clock(CLOCK_MONOTONIC) - r->order->display.began,
                               .begins = begins,
@@ -151,9 +149,12 @@ static void show(const struct run *r, bool begins, const char *state)
                                        : samples ? "sampling"
                                                  : "settling",
                               .known = mill_summary_known(&r->first->observers)};
-    for (int n = 0; n < r->starts.count; n++)
-        for (int k = 0; k < r->first->world->kinds.count; k++)
-            p.collisions += r->starts.one[n].world->account.collisions[k];
+    for (int n = 0; n < r->starts.count; n++) {
+        const struct mill_starts_one *one = &r->starts.one[n];
+        p.time += mill_sim_time(one->sim) / r->starts.count;
+        for (int k = 0; k < one->world->kinds.count; k++)
+            p.collisions += one->world->account.collisions[k];
+    }
     mill_progress_show(&r->order->display, &p);
 }
 
@@ -304,11 +305,10 @@ static enum mill_status advance(struct run *r)
     while (status == MILL_OK && !r->starts.plan.known) {
         status = mill_starts_go(&r->starts, wall, r->order->stop, r->error);
         show(r, false, NULL);
-        if (status == MILL_OK && mill_starts_there(&r->starts)) {
-            if (!mill_starts_extend(&r->starts))
-                break;
+        if (status == MILL_OK && !mill_starts_extend(&r->starts))
+            break;
+        if (status == MILL_OK)
             status = mill_starts_grow(&r->starts, r->error);
-        }
         if (status == MILL_OK && mill_record_clock(CLOCK_MONOTONIC) > r->due)
             status = save(r);
     }

@@ -204,14 +204,6 @@ enum mill_status mill_starts_go(struct mill_starts *s, double wall,
     return status == MILL_OK && *stop ? MILL_STOPPED : status;
 }
 
-bool mill_starts_there(const struct mill_starts *s)
-{
-    for (int k = 0; k < s->count; k++)
-        if (s->one[k].reached < s->plan.until)
-            return false;
-    return true;
-}
-
 /* Variance between the losses of the starts, over the mean of what their own pieces imply */
 static double variance_ratio(const struct mill_starts *s, uint64_t from)
 {
@@ -237,6 +229,9 @@ bool mill_starts_extend(struct mill_starts *s)
     struct mill_tally *first = tally_of(&s->one[0]);
     struct mill_starts_plan *plan = &s->plan;
     const double wanted = s->deck->observe.precision, end = s->deck->observe.end;
+    for (int k = 0; k < s->count; k++)
+        if (s->one[k].reached < plan->until)
+            return true;
     if (!(wanted > 0))
         return false;
     mill_starts_join(s);
@@ -295,13 +290,5 @@ struct mill_world mill_starts_sum(const struct mill_starts *s, struct mill_total
         totals->balance_error += more.balance_error;
         totals->turnover += more.turnover;
     }
-    return sum;
-}
-
-double mill_starts_time(const struct mill_starts *s)
-{
-    double sum = 0;
-    for (int k = 0; k < s->count; k++)
-        sum += mill_sim_time(s->one[k].sim) / s->count;
     return sum;
 }
