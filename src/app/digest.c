@@ -63,17 +63,16 @@ static enum mill_status fill(struct digest *d, char *to, size_t count, size_t *g
     struct pollfd input = {STDIN_FILENO, POLLIN, 0};
     ssize_t length = 1;
     *got = 0;
-    while (*got < count && length > 0) {
+    while (*got < count && length != 0) {
         while (!*stop && poll(&input, 1, PATIENCE) <= 0)
             ;
         if (*stop)
-            return mill_error_set(d->error, MILL_STOPPED, "%s", "");
+            return mill_error_set(d->error, MILL_STOPPED, "stopped by signal %d", (int)*stop);
         length = read(STDIN_FILENO, to + *got, count - *got);
         if (length < 0 && errno != EINTR)
             return mill_error_set(d->error, MILL_FAILED, "standard input: cannot read: %s",
                                   strerror(errno));
         *got += length > 0 ? (size_t)length : 0;
-        length = length < 0 ? 1 : length;
     }
     return MILL_OK;
 }
@@ -121,7 +120,6 @@ static enum mill_status next_record(struct digest *d)
     return MILL_OK;
 }
 
-/* Reads the contents of the record. */
 static enum mill_status read_record(struct digest *d)
 {
     struct stream *s = &d->stream;
@@ -143,22 +141,6 @@ static enum mill_status read_record(struct digest *d)
 }
 
 /* ---- the mill ---- */
-
-/* Results cannot end such a run, and its window begins where the deck says. */
-static enum mill_status build(struct digest *d)
-{
-    const struct mill_deck *deck = d->order->deck;
-    const struct mill_start_watch watch = {mill_progress_stage, &d->order->display};
-    enum mill_status status = mill_deck_setup_world(deck, &watch, &d->world, d->error);
-    mill_progress_end(&d->order->display);
-    if (status != MILL_OK)
-        return status;
-    d->observe = deck->observe;
-    d->observe.sample_found = false;
-    d->observe.starts = 1;
-    d->observe.precision = d->observe.max_collisions = 0;
-    return MILL_OK;
-}
 
 /* Checks that the stream is of this mill. */
 static enum mill_status begin(struct digest *d)
@@ -213,11 +195,11 @@ static enum mill_status open_output(struct digest *d)
 
 static void write_results(const struct digest *d, const char *status)
 {
+    const double local = d->replay.now - d->world->base;
     const struct mill_facts facts = {.status = status,
                                      .time = d->replay.now,
-                                     .local = d->replay.now - d->world->base,
-                                     .totals =
-                                         mill_record_add(d->world, d->replay.now - d->world->base),
+                                     .local = local,
+                                     .totals = mill_record_add(d->world, local),
                                      .foreign = &d->facts};
     for (int k = 0; k < 2; k++) {
         const char *value = mill_facts_text(&d->facts, k ? "version" : "program");
@@ -364,9 +346,7 @@ static enum mill_status conclude(struct digest *d, enum mill_status status)
     struct mill_h5 *file = d->file;
     if (!file || (status != MILL_OK && d->replay.accounts == 0)) {
         if (status == MILL_STOPPED)
-            mill_error_set(d->error, status,
-                           "stopped by signal %d before there was anything to write",
-                           (int)*d->order->stop);
+            mill_error_set(d->error, status, "%s before there was anything to write", what.text);
         return status;
     }
     if (mill_h5_status(file, NULL) != MILL_OK)
@@ -376,31 +356,25 @@ static enum mill_status conclude(struct digest *d, enum mill_status status)
     d->file = NULL;
     if (mill_h5_close(file, d->error) != MILL_OK)
         return MILL_FAILED;
-    if (status == MILL_STOPPED)
-        return mill_error_set(d->error, status,
-                              "stopped by signal %d; %s holds the run up to %.6g s",
-                              (int)*d->order->stop, d->output, d->replay.now);
     if (status != MILL_OK)
         mill_error_set(d->error, status, "%s; %s holds the run up to %.6g s", what.text, d->output,
                        d->replay.now);
     return status;
 }
 
-static void tell(const struct digest *d)
-{
-    uint64_t impacts = 0;
-    for (int k = 0; k < d->world->kinds.count; k++)
-        impacts += d->world->account.collisions[k];
-    fprintf(d->order->page, "%s: %.6g s of %s %s, %s, %" PRIu64 " impacts\n", d->output,
-            d->replay.now, mill_facts_text(&d->facts, "program"),
-            mill_facts_text(&d->facts, "version"), d->ended, impacts);
-}
-
 enum mill_status mill_digest(struct mill_run_order *order)
 {
-    struct digest d = {.order = order, .output = order->asked->output, .error = order->error};
+    struct digest d = {.order = order,
+                       .output = order->asked->output,
+                       .error = order->error,
+                       .observe = order->deck->observe};
     bool over = false;
-    enum mill_status status = build(&d);
+    /* results cannot end such a run, and its window begins where the deck says */
+    d.observe.sample_found = false;
+    d.observe.starts = 1;
+    d.observe.precision = d.observe.max_collisions = 0;
+    enum mill_status status = mill_deck_setup_world(order->deck, &order->watch, &d.world, d.error);
+    mill_progress_end(&order->display);
     if (status == MILL_OK)
         status = begin_stream(&d);
     while (status == MILL_OK && !over)
@@ -408,7 +382,10 @@ enum mill_status mill_digest(struct mill_run_order *order)
     if (status != MILL_BAD_DECK)
         status = conclude(&d, status);
     if (status == MILL_OK && !order->asked->given[MILL_QUIET])
-        tell(&d);
+        fprintf(order->page, "%s: %.6g s of %s %s, %s, %" PRIu64 " impacts\n", d.output,
+                d.replay.now, mill_facts_text(&d.facts, "program"),
+                mill_facts_text(&d.facts, "version"), d.ended,
+                mill_record_add(d.world, d.replay.now - d.world->base).contacts);
     mill_h5_abandon(d.file); /* still open: the file stays as last published */
     mill_replay_free(&d.replay);
     mill_observers_free(&d.observers);

@@ -120,28 +120,6 @@ static enum mill_status go(struct mill_sim *sim, double until, struct trial *tri
     return status;
 }
 
-/* Runs the trial with its statistics, gathered from the start. The caller frees both
- * in all cases. */
-static enum mill_status try(const struct mill_deck *deck, struct mill_world *world,
-                            struct trial *trial, struct mill_observer **tally,
-                            struct mill_tally_results **results, struct mill_error *error)
-{
-    const struct mill_observe asked = {.end = deck->observe.end,
-                                       .strike_window = deck->observe.strike_window};
-    struct mill_sim *sim = NULL;
-    *tally = mill_observers_one(&mill_tally_type, &asked, world, error);
-    enum mill_status status = *tally ? mill_sim_create(world, &sim, error) : MILL_FAILED;
-    if (status == MILL_OK)
-        status = mill_sim_observe(sim, *tally);
-    if (status == MILL_OK)
-        status = go(sim, deck->observe.end, trial, error);
-    if (status == MILL_OK)
-        status = mill_tally_results_make((struct mill_tally *)*tally, world,
-                                         mill_sim_local_time(sim), results, error);
-    mill_sim_free(sim);
-    return status;
-}
-
 /* Number of points that are stored again in every frame */
 static double points_of(const struct mill_world *world)
 {
@@ -194,17 +172,28 @@ static double work_out(const struct mill_deck *deck, const struct mill_world *wo
 enum mill_status mill_forecast_make(const struct mill_deck *deck, struct mill_world *world,
                                     struct mill_forecast *forecast, struct mill_error *error)
 {
-    struct mill_observer *tally = NULL;
+    /* its statistics are gathered from the start */
+    const struct mill_observe asked = {.end = deck->observe.end,
+                                       .strike_window = deck->observe.strike_window};
+    struct mill_observer *observer = mill_observers_one(&mill_tally_type, &asked, world, error);
+    const struct mill_tally *tally = (struct mill_tally *)observer;
     struct mill_tally_results *results = NULL;
+    struct mill_sim *sim = NULL;
     struct trial trial;
-    const enum mill_status status = try(deck, world, &trial, &tally, &results, error);
-    const double rate =
-        status == MILL_OK
-            ? work_out(deck, world, &trial, &((struct mill_tally *)tally)->plan.energies, forecast)
-            : (double)NAN;
+    double rate = NAN;
+    enum mill_status status = observer ? mill_sim_create(world, &sim, error) : MILL_FAILED;
+    if (status == MILL_OK)
+        status = mill_sim_observe(sim, observer);
+    if (status == MILL_OK)
+        status = go(sim, deck->observe.end, &trial, error);
+    if (status == MILL_OK)
+        status = mill_tally_results_make(tally, world, mill_sim_local_time(sim), &results, error);
+    mill_sim_free(sim);
+    if (status == MILL_OK)
+        rate = work_out(deck, world, &trial, &tally->plan.energies, forecast);
     mill_notes_expect(&forecast->notes, world, results, rate);
     mill_tally_results_free(results);
-    if (tally)
-        mill_observers_free_one(tally);
+    if (observer)
+        mill_observers_free_one(observer);
     return status;
 }

@@ -207,9 +207,8 @@ static void tell_forecast(const struct mill_deck *deck, struct mill_world *world
 static enum mill_status make_start(struct mill_run_order *o, FILE *aside)
 {
     const struct mill_command *a = o->asked;
-    const struct mill_start_watch watch = {mill_progress_stage, &o->display};
     struct mill_world *world = NULL;
-    enum mill_status status = mill_deck_setup_world(o->deck, &watch, &world, o->error);
+    enum mill_status status = mill_deck_setup_world(o->deck, &o->watch, &world, o->error);
     if (status == MILL_OK && a->given[MILL_CHECK]) {
         mill_deck_print(o->deck, o->page);
         if (!a->given[MILL_QUIET]) {
@@ -232,7 +231,6 @@ static enum mill_status act(const struct mill_command *a, FILE *page, FILE *asid
                             struct mill_error *error)
 {
     const bool check = a->given[MILL_CHECK] != NULL;
-    const struct mill_start_watch watch = {mill_progress_stage, &order.display};
     struct mill_deck *deck = NULL;
     if (mill_command_answer(a, page))
         return MILL_OK;
@@ -240,14 +238,15 @@ static enum mill_status act(const struct mill_command *a, FILE *page, FILE *asid
         return mill_deck_tell(a->values, a->value, page, error);
     if (a->given[MILL_EXAMPLES])
         return mill_examples_copy(a->given[MILL_EXAMPLES], page, error);
-    order = (struct mill_run_order){a,          .stop = &stop, .begun = &begun,
-                                    .say = say, .page = page,  .error = error};
+    order = (struct mill_run_order){
+        a,          .stop = &stop, .begun = &begun, .watch = {mill_progress_stage, &order.display},
+        .say = say, .page = page,  .error = error};
     mill_progress_init(&order.display, check || a->given[MILL_QUIET] ? NULL : stderr,
                        a->given[MILL_PROGRESS] ? MILL_PROGRESS_OBJECTS
                        : isatty(STDERR_FILENO) ? MILL_PROGRESS_TERMINAL
                                                : MILL_PROGRESS_LOG);
     enum mill_status status =
-        mill_deck_read(a->deck, a->sets, a->set, warn, say, &watch, &deck, error);
+        mill_deck_read(a->deck, a->sets, a->set, warn, say, &order.watch, &deck, error);
     order.deck = deck;
     if (status == MILL_OK && a->given[MILL_PARANOID] && deck->setup.soft.on)
         status = mill_error_set(error, MILL_BAD_DECK,

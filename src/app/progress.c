@@ -33,20 +33,17 @@ static double left(const struct mill_progress *then, const struct mill_progress 
 static void format_left(double seconds, bool early, char *out, size_t size)
 {
     const int whole = (int)fmax(0.0, fmin(seconds, 1e9));
+    const char *least = early ? "at least " : "";
     if (!(seconds < 8.64e6)) /* 100 days; such an estimate would be useless */
-        snprintf(out, size, "more than 100 d left");
+        snprintf(out, size, "%smore than 100 d left", least);
     else if (whole >= 86400)
-        snprintf(out, size, "%d d %d h left", whole / 86400, whole % 86400 / 3600);
+        snprintf(out, size, "%s%d d %d h left", least, whole / 86400, whole % 86400 / 3600);
     else if (whole >= 3600)
-        snprintf(out, size, "%d h %02d min left", whole / 3600, whole % 3600 / 60);
+        snprintf(out, size, "%s%d h %02d min left", least, whole / 3600, whole % 3600 / 60);
     else if (whole >= 60)
-        snprintf(out, size, "%d min %02d s left", whole / 60, whole % 60);
+        snprintf(out, size, "%s%d min %02d s left", least, whole / 60, whole % 60);
     else
-        snprintf(out, size, "%.0f s left", ceil(seconds));
-    if (early && strlen(out) + sizeof "at least " <= size) {
-        memmove(out + strlen("at least "), out, strlen(out) + 1);
-        memcpy(out, "at least ", strlen("at least "));
-    }
+        snprintf(out, size, "%s%.0f s left", least, ceil(seconds));
 }
 
 void mill_progress_format(const struct mill_progress *then, const struct mill_progress *now,

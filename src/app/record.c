@@ -93,19 +93,6 @@ static void tell_balance(struct mill_sink *sink, const struct mill_world *world,
                      "largest overlap seen at a contact or a check");
 }
 
-/* Only if balls fell asleep, which needs a bed at rest */
-static void tell_sleep(struct mill_sink *sink, const struct mill_world *world, double local)
-{
-    const struct mill_counts *c = &world->counts;
-    const double sleep = c->sleep + (double)c->asleep * local;
-    if (!(sleep > 0))
-        return;
-    mill_tell_count(sink, "asleep", (uint64_t)c->asleep,
-                    "balls at rest at the end, without events");
-    mill_tell_number(sink, "sleep_time", sleep, "s",
-                     "sum of the times for which balls were at rest, without events");
-}
-
 static void tell_soft(struct mill_sink *sink, const struct mill_world *world)
 {
     const struct mill_soft_facts *s = &world->soft_facts;
@@ -170,6 +157,7 @@ static void tell_cost(struct mill_sink *sink, const struct mill_facts *facts)
 void mill_record_tell(const struct mill_world *world, const struct mill_facts *facts,
                       struct mill_sink *sink)
 {
+    const double sleep = world->counts.sleep + (double)world->counts.asleep * facts->local;
     if (sink->full) {
         mill_tell_text(sink, "status", facts->status, status_meaning);
         mill_tell_number(sink, "time", facts->time, "s", "simulated time reached");
@@ -192,7 +180,12 @@ void mill_record_tell(const struct mill_world *world, const struct mill_facts *f
     tell_balance(sink, world, &facts->totals);
     if (world->soft.on)
         tell_soft(sink, world);
-    tell_sleep(sink, world, facts->local);
+    if (sleep > 0) { /* balls fell asleep, which needs a bed at rest */
+        mill_tell_count(sink, "asleep", (uint64_t)world->counts.asleep,
+                        "balls at rest at the end, without events");
+        mill_tell_number(sink, "sleep_time", sleep, "s",
+                         "sum of the times for which balls were at rest, without events");
+    }
     tell_cost(sink, facts);
 }
 

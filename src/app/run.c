@@ -31,8 +31,7 @@ struct run {
     bool resumes; /* there is a state to continue from */
     /* the end is reached; the file may still have to be finished */
     bool complete;
-    struct mill_error ended_by; /* why it ended: "time", or an observer's reason */
-    double due;                 /* [s] wall time of the next checkpoint */
+    double due; /* [s] wall time of the next checkpoint */
     /* of earlier parts of a resumed run; checkpoints also of this part */
     struct mill_record_cost cost;
     bool saved; /* there is a checkpoint to resume from */
@@ -59,11 +58,10 @@ static bool ok(struct run *r, enum mill_status status)
 
 /* ---- the start ---- */
 
-/* Finds out whether the file's run is complete, why it ended, and whether there is a state to
- * continue from. */
+/* Finds out whether the file's run is complete, and whether there is a state to continue from. */
 static bool read_earlier(struct run *r, struct mill_h5 *file)
 {
-    char *text = NULL, *ended_by = NULL;
+    char *text = NULL;
     bool good = ok(r, mill_h5_read_text(file, "/run/status", &text, r->error));
     if (good && strcmp(text, "failed") == 0)
         good = ok(r, mill_error_set(r->error, MILL_FAILED,
@@ -71,13 +69,8 @@ static bool read_earlier(struct run *r, struct mill_h5 *file)
                                     "start again with --force",
                                     r->output));
     r->complete = good && strcmp(text, "complete") == 0;
-    good = good && ok(r, mill_checkpoint_find(file, r->output, &r->resumes, r->error)) &&
-           (!r->complete || !mill_h5_exists(file, "/run/ended_by") ||
-            ok(r, mill_h5_read_text(file, "/run/ended_by", &ended_by, r->error)));
-    mill_error_set(&r->ended_by, MILL_OK, "%s", ended_by ? ended_by : "time");
     free(text);
-    free(ended_by);
-    return good;
+    return good && ok(r, mill_checkpoint_find(file, r->output, &r->resumes, r->error));
 }
 
 /* Finds out what --resume can do: continue from a state, or start from the beginning. A complete
@@ -102,14 +95,6 @@ static bool find_earlier(struct run *r)
     }
     mill_h5_close(file, NULL);
     return good;
-}
-
-/* Makes the mill and its observers, at t = 0 */
-static bool build(struct run *r)
-{
-    const struct mill_start_watch watch = {mill_progress_stage, &r->order->display};
-    r->first = r->starts.one;
-    return ok(r, mill_starts_make(&r->starts, r->deck, &watch, r->error));
 }
 
 static bool open_output(struct run *r)
@@ -155,10 +140,8 @@ static void show(const struct run *r, bool begins, const char *state)
     const struct mill_tally *tally = mill_observers_tally(&r->first->observers);
     /* not before run.sample_from, and not during the start-up if it is to be cut off */
     const bool samples =
-        tally->at.open && (!tally->search || tally->at.settled || !(tally->precision > 0));
-    const double time = mill_starts_time(&r->starts), end = r->deck->observe.end;
-    struct mill_progress p = {time,
-                              end,
+        tally->at.open && (!tally->search || tally->at.settled || !(tally->asked.precision > 0));
+    struct mill_progress p = {.end = r->deck->observe.end,
                               .early = mill_forecast_early(r->first->world),
                               .wall = mill_record_clock(CLOCK_MONOTONIC) - r->order->display.began,
                               .begins = begins,
@@ -166,9 +149,12 @@ static void show(const struct run *r, bool begins, const char *state)
                                        : samples ? "sampling"
                                                  : "settling",
                               .known = mill_summary_known(&r->first->observers)};
-    for (int n = 0; n < r->starts.count; n++)
-        for (int k = 0; k < r->first->world->kinds.count; k++)
-            p.collisions += r->starts.one[n].world->account.collisions[k];
+    for (int n = 0; n < r->starts.count; n++) {
+        const struct mill_starts_one *one = &r->starts.one[n];
+        p.time += mill_sim_time(one->sim) / r->starts.count;
+        for (int k = 0; k < one->world->kinds.count; k++)
+            p.collisions += one->world->account.collisions[k];
+    }
     mill_progress_show(&r->order->display, &p);
 }
 
@@ -194,7 +180,9 @@ static void note_cost(struct run *r)
 /* Makes the mill from the deck or the state, and a file that holds what is known so far */
 static bool prepare(struct run *r)
 {
-    if (!build(r) || !open_output(r) || (r->resumes && !take_up(r)) ||
+    r->first = r->starts.one;
+    if (!ok(r, mill_starts_make(&r->starts, r->deck, &r->order->watch, r->error)) ||
+        !open_output(r) || (r->resumes && !take_up(r)) ||
         !ok(r, mill_observers_open(&r->first->observers, &r->deck->observe, r->file,
                                    r->first->world, r->first->sim, r->error)))
         return false;
@@ -222,11 +210,17 @@ static struct mill_record_cost cost_of(const struct run *r)
     return cost;
 }
 
-static struct mill_facts facts_of(const struct run *r, const char *status)
+/* *sum: the world that they are of, all starts together */
+static struct mill_facts facts_of(struct run *r, const char *status, struct mill_world *sum)
 {
     const bool asked = r->deck->observe.precision > 0 || r->deck->observe.max_collisions > 0;
-    const char *by = strcmp(status, "complete") == 0 ? r->ended_by.text : "none";
-    return (struct mill_facts){.status = status,
+    static const char *const ends[] = {[MILL_TALLY_TIME] = "time",
+                                       [MILL_TALLY_PRECISION] = "precision",
+                                       [MILL_TALLY_COLLISIONS] = "max_collisions"};
+    const char *by = strcmp(status, "complete") != 0
+                         ? "none"
+                         : ends[mill_observers_tally(&r->first->observers)->at.ended];
+    struct mill_facts facts = {.status = status,
                                .ended_by = asked ? by : NULL,
                                .time = mill_sim_time(r->first->sim),
                                .local = mill_sim_local_time(r->first->sim),
@@ -238,6 +232,9 @@ static struct mill_facts facts_of(const struct run *r, const char *status)
                                .deck = r->order->asked->deck,
                                .output = r->output,
                                .version = mill_version};
+    *sum = mill_starts_sum(&r->starts, &facts.totals);
+    mill_starts_join(&r->starts);
+    return facts;
 }
 
 /* Writes the state that the run can continue from */
@@ -262,11 +259,11 @@ void mill_run_write(struct mill_h5 *file, const struct mill_observers *observers
                                              &error) == MILL_OK;
     if (made)
         mill_notes_take(&notes, world, results, facts->local, stopped, others);
-    mill_tally_results_free(results);
-    if (!made) {
+    else
         mill_h5_spend(file, error.text);
+    mill_tally_results_free(results);
+    if (!made)
         return;
-    }
     mill_sink_file(&to, file, "/run");
     mill_record_tell(world, facts, &to.sink);
     if (others)
@@ -278,9 +275,8 @@ void mill_run_write(struct mill_h5 *file, const struct mill_observers *observers
 
 static void write_results(struct run *r, const char *status)
 {
-    struct mill_facts facts = facts_of(r, status);
-    const struct mill_world sum = mill_starts_sum(&r->starts, &facts.totals);
-    mill_starts_join(&r->starts);
+    struct mill_world sum;
+    const struct mill_facts facts = facts_of(r, status, &sum);
     mill_run_write(r->file, &r->first->observers, &sum, &facts);
 }
 
@@ -309,18 +305,13 @@ static enum mill_status advance(struct run *r)
     while (status == MILL_OK && !r->starts.plan.known) {
         status = mill_starts_go(&r->starts, wall, r->order->stop, r->error);
         show(r, false, NULL);
-        if (status == MILL_OK && mill_starts_there(&r->starts)) {
-            if (!mill_starts_extend(&r->starts))
-                break;
+        if (status == MILL_OK && !mill_starts_extend(&r->starts))
+            break;
+        if (status == MILL_OK)
             status = mill_starts_grow(&r->starts, r->error);
-        }
         if (status == MILL_OK && mill_record_clock(CLOCK_MONOTONIC) > r->due)
             status = save(r);
     }
-    mill_error_set(&r->ended_by, MILL_OK, "%s",
-                   status == MILL_ENDED   ? r->error->text
-                   : r->starts.plan.known ? "precision"
-                                          : "time");
     r->complete = status == MILL_OK || status == MILL_ENDED;
     return r->complete ? MILL_OK : status;
 }
@@ -405,9 +396,8 @@ enum mill_status mill_run(struct mill_run_order *order)
         r.status = carry_out(&r);
     mill_h5_abandon(r.file); /* still open after a failure: the file stays as last published */
     if (r.status == MILL_OK || r.status == MILL_STOPPED) {
-        struct mill_facts facts = facts_of(&r, r.complete ? "complete" : "stopped");
-        const struct mill_world sum = mill_starts_sum(&r.starts, &facts.totals);
-        mill_starts_join(&r.starts);
+        struct mill_world sum;
+        const struct mill_facts facts = facts_of(&r, r.complete ? "complete" : "stopped", &sum);
         struct mill_summary s = {order->page, &sum,   &r.first->observers,
                                  &facts,      r.deck, .results = NULL};
         if (mill_summary_write(&s, asked->given[MILL_JSON], r.error) != MILL_OK)

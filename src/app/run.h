@@ -19,6 +19,7 @@ struct mill_run_order {
     const volatile sig_atomic_t *stop;
     volatile sig_atomic_t *begun; /* set to 1 when there are results to save */
     struct mill_progress_display display;
+    struct mill_start_watch watch; /* shows on it the tasks before the run */
     void (*say)(const char *line); /* called with a line on what --resume found */
     FILE *page;                    /* receives the summary */
     struct mill_error *error;

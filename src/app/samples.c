@@ -29,10 +29,10 @@ uint64_t mill_samples_springs_length(const struct mill_world *w)
     return SPRINGS + 2 * species * species * (uint64_t)w->kinds.count;
 }
 
-/* Numbers of the answer before the state of the balls */
-static size_t numbers_of(const struct mill_world *w)
+/* Numbers of the answer; the last nine of each ball are its state */
+static size_t answer_length(const struct mill_world *w)
 {
-    return 2 + (size_t)w->motions + 3 * (size_t)w->kinds.count;
+    return 2 + (size_t)w->motions + 3 * (size_t)w->kinds.count + 9 * (size_t)w->balls;
 }
 
 static enum mill_status out_of_memory(struct mill_error *error)
@@ -55,7 +55,7 @@ enum mill_status mill_samples_springs(struct mill_samples *s, struct mill_world 
             "expected an interval and springs above 0, dashpots of 0 or more, and damped 0 or 1");
     if (!s->soft) {
         s->soft = mill_soft_watch_create(w);
-        s->answer = calloc(numbers_of(w) + 9 * (size_t)w->balls, sizeof *s->answer);
+        s->answer = calloc(answer_length(w), sizeof *s->answer);
         s->impacts.size = sizeof(struct mill_replay_impact);
         if (!s->soft || !s->answer)
             return out_of_memory(error);
@@ -150,7 +150,7 @@ enum mill_status mill_samples_answer(struct mill_samples *s, FILE *to, struct mi
         *next++ = watch->isolated[k];
     }
     mill_soft_watch_state(s->soft, next);
-    const size_t count = numbers_of(w) + 9 * (size_t)w->balls;
+    const size_t count = answer_length(w);
     if (fwrite(s->answer, sizeof *s->answer, count, to) != count || fflush(to) != 0)
         return mill_error_set(error, MILL_FAILED, "standard output: cannot write: %s",
                               strerror(errno));

@@ -118,14 +118,14 @@ enum mill_status mill_starts_grow(struct mill_starts *s, struct mill_error *erro
     mill_random_seed(&random, s->deck->setup.seed);
     for (int k = 1; k < s->count; k++)
         s->one[k].seed = (unsigned long)ldexp(mill_random_uniform(&random), 32);
-    if (made == 0) {
+    if (!s->crew) {
         const int threads = threads_of(s->deck, s->count);
         s->workers = threads < s->count ? threads : s->count;
         s->workers = s->workers < MILL_CREW_MOST ? s->workers : MILL_CREW_MOST;
         if (s->workers > 1 && !(s->crew = mill_crew_create(s->workers)))
             return mill_error_set(error, MILL_FAILED, "out of memory for the starts");
     }
-    share(s, make_part, made > 0 ? made : 1);
+    share(s, make_part, made);
     return first_of(s, error);
 }
 
@@ -133,12 +133,12 @@ enum mill_status mill_starts_make(struct mill_starts *s, const struct mill_deck 
                                   const struct mill_start_watch *watch, struct mill_error *error)
 {
     *s = (struct mill_starts){.deck = deck,
-                              .plan = {deck->observe.end, (uint64_t)deck->observe.starts, false}};
+                              .plan = {deck->observe.end, (uint64_t)deck->observe.starts, false},
+                              .count = 1};
     s->one[0].seed = deck->setup.seed;
     enum mill_status status = make(deck, &s->one[0], true, watch, error);
     if (status == MILL_OK)
         status = mill_starts_grow(s, error);
-    s->count = s->count > 0 ? s->count : 1;
     if (status != MILL_OK)
         return status;
     const struct mill_precision *batches = &tally_of(&s->one[0])->batches;
@@ -204,14 +204,6 @@ enum mill_status mill_starts_go(struct mill_starts *s, double wall,
     return status == MILL_OK && *stop ? MILL_STOPPED : status;
 }
 
-bool mill_starts_there(const struct mill_starts *s)
-{
-    for (int k = 0; k < s->count; k++)
-        if (s->one[k].reached < s->plan.until)
-            return false;
-    return true;
-}
-
 /* Variance between the losses of the starts, over the mean of what their own pieces imply */
 static double variance_ratio(const struct mill_starts *s, uint64_t from)
 {
@@ -237,6 +229,9 @@ bool mill_starts_extend(struct mill_starts *s)
     struct mill_tally *first = tally_of(&s->one[0]);
     struct mill_starts_plan *plan = &s->plan;
     const double wanted = s->deck->observe.precision, end = s->deck->observe.end;
+    for (int k = 0; k < s->count; k++)
+        if (s->one[k].reached < plan->until)
+            return true;
     if (!(wanted > 0))
         return false;
     mill_starts_join(s);
@@ -295,13 +290,5 @@ struct mill_world mill_starts_sum(const struct mill_starts *s, struct mill_total
         totals->balance_error += more.balance_error;
         totals->turnover += more.turnover;
     }
-    return sum;
-}
-
-double mill_starts_time(const struct mill_starts *s)
-{
-    double sum = 0;
-    for (int k = 0; k < s->count; k++)
-        sum += mill_sim_time(s->one[k].sim) / s->count;
     return sum;
 }

@@ -57,11 +57,8 @@ enum mill_status mill_starts_grow(struct mill_starts *starts, struct mill_error 
 enum mill_status mill_starts_go(struct mill_starts *starts, double wall,
                                 const volatile sig_atomic_t *stop, struct mill_error *error);
 
-/* Have all starts done what is planned? */
-bool mill_starts_there(const struct mill_starts *starts);
-
-/* Plans more of what all starts have done: with run.precision longer starts or more of them,
- * whichever makes the errors smaller. false: nothing is left to do. */
+/* If all starts have done what is planned, it plans more: with run.precision longer starts or more
+ * of them, whichever makes the errors smaller. false: nothing is left to do. */
 bool mill_starts_extend(struct mill_starts *starts);
 
 /* Tells the statistics of the first start which others are as far as it: results are of these. */
@@ -70,8 +67,5 @@ void mill_starts_join(struct mill_starts *starts);
 /* The world of the first start, with accounts and counts of all starts; it owns nothing. *totals:
  * sums over all */
 struct mill_world mill_starts_sum(const struct mill_starts *starts, struct mill_totals *totals);
-
-/* [s] Simulated time, the mean of all starts */
-double mill_starts_time(const struct mill_starts *starts);
 
 #endif

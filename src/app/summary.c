@@ -30,7 +30,7 @@ static const char *say_known(const struct mill_precision_known *known)
 const char *mill_summary_known(const struct mill_observers *observers)
 {
     const struct mill_tally *tally = mill_observers_tally(observers);
-    if (tally->precision == 0)
+    if (tally->asked.precision == 0)
         return "";
     return tally->at.settled && tally->at.known.enough ? say_known(&tally->at.known) : "start-up";
 }
@@ -40,7 +40,7 @@ static void print_end(const struct mill_summary *s)
 {
     const struct mill_tally_results *r = s->results;
     const char *time = mill_summary_text_si(s->facts->time, "s");
-    const bool open = r->tally->precision == 0 && r->tally->collisions == UINT64_MAX;
+    const bool open = r->tally->asked.precision == 0 && r->tally->collisions == UINT64_MAX;
     if (r->tally->search && r->begin > 0)
         fprintf(s->out, "left out the first %s (%s by MSER-5)%s",
                 mill_summary_text_si(r->begin, "s"),
@@ -59,13 +59,13 @@ static void print_end(const struct mill_summary *s)
                 mill_summary_text_si((double)r->tally->collisions, ""), time);
     else
         fprintf(s->out, "run.time = %s reached", time);
-    if (r->tally->precision > 0)
+    if (r->tally->asked.precision > 0)
         fprintf(s->out, ": %s",
                 r->at.settled && r->at.known.enough ? say_known(&r->at.known)
                 : r->at.settled ? "too short to know the errors of median and power"
                                 : "the start-up is not over, so neither error is known");
-    if (r->tally->precision > 0 && !r->reached)
-        fprintf(s->out, "; requested: %.2g %%", 100 * r->tally->precision);
+    if (r->tally->asked.precision > 0 && !r->reached)
+        fprintf(s->out, "; requested: %.2g %%", 100 * r->tally->asked.precision);
     fputc('\n', s->out);
 }
 
@@ -78,8 +78,10 @@ static void print_drive(const struct mill_summary *s)
     const struct mill_world *world = s->world;
     const struct mill_precision_known *known = &r->at.known;
     const bool rotor = world->motions == 1 && world->rotor == 0;
-    const double times = r->duration / r->tally->starts / world->period,
-                 mass = mill_summary_mass(world);
+    const double times = r->duration / r->tally->starts / world->period;
+    double mass = 0;
+    for (int32_t i = 0; i < world->balls; i++)
+        mass += world->species[world->ball[i].species].mass;
     const struct mill_spread_mean specific = {known->drive.value / mass, known->drive.error / mass,
                                               0};
     mill_summary_line(s->out, rotor ? "rotor power" : "drive power", "%s, %s of balls\n",
@@ -168,7 +170,7 @@ static void print_hard(const struct mill_summary *s)
     mill_summary_line(
         s->out, "hard impacts", "%s of %s%s%s or more%s\n", text_rate(&r->hard, r->duration),
         mill_summary_text_si(r->is_hard.energy, "J"), r->is_hard.sort > 0 ? " " : "",
-        r->is_hard.sort > 0 ? sort : "", isnan(r->tally->hard) ? ": half the losses" : "");
+        r->is_hard.sort > 0 ? sort : "", isnan(r->tally->asked.hard) ? ": half the losses" : "");
     if (r->hard_per_joule.value * known->drive.value * r->duration > MILL_SPREAD_SEEN - 0.5)
         mill_summary_line(s->out, "", "%s of work of the drive\n",
                           mill_summary_text_mean(&r->hard_per_joule, "/J"));

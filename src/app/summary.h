@@ -30,9 +30,6 @@ enum mill_status mill_summary_write(struct mill_summary *s, bool json, struct mi
  * laws that follow from materials. deck: NULL if the laws are to be left out */
 void mill_summary_mill(const struct mill_world *world, const struct mill_deck *deck, FILE *out);
 
-/* [kg] of all balls */
-double mill_summary_mass(const struct mill_world *world);
-
 /* Prints the impacts of the window by kind. */
 void mill_summary_table(const struct mill_summary *s);
 

@@ -133,15 +133,6 @@ static void print_species(const struct mill_world *world, int32_t species, FILE 
     fputc('\n', out);
 }
 
-static void print_balls(const struct mill_world *world, FILE *out)
-{
-    print_species(world, -1, out);
-    for (int32_t k = 0; k < world->species_count && world->species_count > 1 && k < LISTED; k++)
-        print_species(world, k, out);
-    if (world->species_count > LISTED)
-        mill_summary_line(out, "", "and %d more kinds\n", (int)world->species_count - LISTED);
-}
-
 /* Sets the highest speed and acceleration of points of a motion, at MOMENTS of a period. Edges of
  * parts that stick out of the drum are where no ball is. */
 static void find_highest(const struct mill_world *world, const struct mill_motion *motion,
@@ -230,18 +221,14 @@ static void print_laws(const struct mill_deck *deck, FILE *out)
 
 void mill_summary_mill(const struct mill_world *world, const struct mill_deck *deck, FILE *out)
 {
-    print_balls(world, out);
+    print_species(world, -1, out);
+    for (int32_t k = 0; k < world->species_count && world->species_count > 1 && k < LISTED; k++)
+        print_species(world, k, out);
+    if (world->species_count > LISTED)
+        mill_summary_line(out, "", "and %d more kinds\n", (int)world->species_count - LISTED);
     print_motions(world, out);
     if (deck)
         print_laws(deck, out);
-}
-
-double mill_summary_mass(const struct mill_world *world)
-{
-    double mass = 0;
-    for (int32_t i = 0; i < world->balls; i++)
-        mass += world->species[world->ball[i].species].mass;
-    return mass;
 }
 
 /* ---- the table: one unit a column ---- */

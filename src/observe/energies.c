@@ -30,11 +30,15 @@ enum { SUMS = sizeof sum_of / sizeof *sum_of, DISSIPATED = 2 };
 const struct mill_sums_list mill_energies_sums = {"energies", sizeof(struct mill_energies_pair),
                                                   SUMS, sum_of};
 
-/* Few species are classes of their own. Many are put into as many classes by their rank in mass. */
-static void set_classes(struct mill_energies *e, const struct mill_world *world)
+bool mill_energies_init(struct mill_energies *e, const struct mill_world *world)
 {
     const int32_t n = world->species_count;
     const bool few = n <= MILL_ENERGIES_CLASSES;
+    *e = (struct mill_energies){.world = world};
+    e->class_of = malloc((size_t)n * sizeof *e->class_of);
+    if (!e->class_of)
+        return false;
+    /* few species are classes of their own; many are put into classes by their rank in mass */
     e->classes = few ? (size_t)n : MILL_ENERGIES_CLASSES;
     for (int32_t i = 0; i < n; i++) {
         const double mass = world->species[i].mass;
@@ -43,15 +47,6 @@ static void set_classes(struct mill_energies *e, const struct mill_world *world)
             rank += world->species[k].mass < mass || (k < i && world->species[k].mass == mass);
         e->class_of[i] = few ? i : (int32_t)(rank * MILL_ENERGIES_CLASSES / n);
     }
-}
-
-bool mill_energies_init(struct mill_energies *e, const struct mill_world *world)
-{
-    *e = (struct mill_energies){.world = world};
-    e->class_of = malloc((size_t)world->species_count * sizeof *e->class_of);
-    if (!e->class_of)
-        return false;
-    set_classes(e, world);
     e->pairs = e->classes * (e->classes + 1) / 2;
     for (int kind = 1; kind < world->kinds.count; kind++, e->pairs += e->classes)
         e->first[kind] = e->pairs;
@@ -89,43 +84,32 @@ static double part_above(int bin, double energy)
                                                           : log(high / energy) / log(high / low);
 }
 
-/* A bin of all pairs together */
-struct bin {
-    double count, lost;
-};
-
 static size_t coarse(int bin)
 {
     return bin == 0 ? 0 : (size_t)((bin - 1) / MILL_ENERGIES_JOINED) + 1;
 }
 
-static struct bin bin_of(const struct mill_energies_pair *pair, size_t pairs, int bin, int sort)
+/* Impacts of a pair in a bin, by this energy */
+static uint64_t count_in(const struct mill_energies_pair *pair, int sort, int bin)
 {
-    struct bin all = {0, 0};
-    for (const struct mill_energies_pair *end = pair + pairs; pair < end; pair++) {
-        all.count += (double)(sort == 0   ? pair->normal[bin].count
-                              : sort == 1 ? pair->total[bin]
-                                          : pair->dissipated[bin]);
-        all.lost += pair->normal[bin].dissipation;
-    }
-    return all;
+    return sort == 0 ? pair->normal[bin].count : (sort == 1 ? pair->total : pair->dissipated)[bin];
 }
 
 /* The normal energy above which half of the energy is lost that impacts lose in the bins, and what
  * an impact of this energy loses */
-static double find_half(const struct mill_energies_pair *pair, size_t pairs, double *each)
+static double find_half(const struct mill_energies_pair *all, double *each)
 {
-    double all = 0, above = 0;
+    double lost = 0, above = 0;
     for (int i = 1; i < MILL_ENERGIES_BINS - 1; i++)
-        all += bin_of(pair, pairs, i, 0).lost;
-    for (int i = MILL_ENERGIES_BINS - 2; i > 0 && all > 0; i--) {
-        const struct bin at = bin_of(pair, pairs, i, 0);
-        if (above + at.lost >= 0.5 * all && at.count > 0) {
+        lost += all->normal[i].dissipation;
+    for (int i = MILL_ENERGIES_BINS - 2; i > 0 && lost > 0; i--) {
+        const double here = all->normal[i].dissipation, count = (double)all->normal[i].count;
+        if (above + here >= 0.5 * lost && count > 0) {
             const double low = mill_energies_edge(i), high = mill_energies_edge(i + 1);
-            *each = at.lost / at.count;
-            return high * pow(low / high, fmax(0, 0.5 * all - above) / at.lost);
+            *each = here / count;
+            return high * pow(low / high, fmax(0, 0.5 * lost - above) / here);
         }
-        above += at.lost;
+        above += here;
     }
     return (double)NAN;
 }
@@ -135,18 +119,21 @@ struct mill_energies_hard mill_energies_find_hard(const struct mill_energies_pai
 {
     double each = 0, count[MILL_ENERGIES_COARSE] = {0};
     struct mill_energies_hard hard = {.energy = asked, .sort = sort};
+    struct mill_energies_pair all = {.total = {0}}; /* pairs together */
+    for (size_t i = 0; i < pairs; i++)
+        mill_sums_add_records(&mill_energies_sums, 1, &all, &pair[i]);
     if (isnan(asked)) {
         hard.sort = 0;
-        hard.energy = find_half(pair, pairs, &each);
+        hard.energy = find_half(&all, &each);
     }
     for (int i = 0; i < MILL_ENERGIES_BINS && !isnan(hard.energy); i++) {
-        const struct bin at = bin_of(pair, pairs, i, hard.sort);
+        const double here = (double)count_in(&all, hard.sort, i);
         const double part = part_above(i, hard.energy);
-        hard.count += part * at.count;
-        count[coarse(i)] += at.count;
-        hard.weight[coarse(i)] += part * at.count;
+        hard.count += part * here;
+        count[coarse(i)] += here;
+        hard.weight[coarse(i)] += part * here;
         if (each > 0) /* more loss above the energy raises it, which leaves fewer impacts above */
-            hard.weight[coarse(i)] -= part * at.lost / each;
+            hard.weight[coarse(i)] -= part * all.normal[i].dissipation / each;
     }
     hard.of_loss = each > 0 ? 0.5 / each : 0;
     for (size_t i = 0; i < MILL_ENERGIES_COARSE; i++)
@@ -154,27 +141,51 @@ struct mill_energies_hard mill_energies_find_hard(const struct mill_energies_pai
     return hard;
 }
 
-/* The pairs of a kind in the order of the file, -1: none there. Returns the rank of their array. */
-static int list_pairs(const struct mill_energies *e, int kind, size_t dims[2],
-                      int32_t which[MILL_ENERGIES_CLASSES * MILL_ENERGIES_CLASSES])
+/* The records of a kind's pairs in the order of the file, -1: none there; blocks > 0: of each
+ * block, whose records are [pairs] */
+static struct mill_sums_view list_pairs(const struct mill_energies *e, int kind, size_t blocks,
+                                        int32_t *which)
 {
     const bool balls = kind == MILL_BALL_BALL;
-    dims[0] = e->classes;
-    dims[1] = balls ? e->classes : 1;
-    for (size_t i = 0; i < dims[0]; i++)
-        for (size_t j = 0; j < dims[1]; j++)
-            *which++ = !balls  ? (int32_t)(e->first[kind] + i)
-                       : j < i ? -1
-                               : (int32_t)mill_energies_balls(i, j);
-    return 1 + balls;
+    struct mill_sums_view view = {.which = which};
+    if (blocks > 0)
+        view.dims[view.rank++] = blocks;
+    view.dims[view.rank++] = e->classes;
+    if (balls)
+        view.dims[view.rank++] = e->classes;
+    for (size_t block = 0; block == 0 || block < blocks; block++)
+        for (size_t i = 0; i < e->classes; i++)
+            for (size_t j = 0; j < (balls ? e->classes : 1); j++) {
+                const size_t pair = balls ? mill_energies_balls(i, j) : e->first[kind] + i;
+                *which++ = balls && j < i ? -1 : (int32_t)(block * e->pairs + pair);
+            }
+    return view;
+}
+
+/* Writes the sums of each kind of contact; blocks > 0: of each block. */
+static void tell_kinds(const struct mill_energies *e, const struct mill_sums *sums, size_t blocks,
+                       struct mill_sink *sink)
+{
+    const struct mill_listed kinds = mill_kinds_listed(e->world);
+    const size_t room = e->classes * e->classes * (blocks > 0 ? blocks : 1);
+    int32_t *which = mill_sink_room(sink, room, sizeof *which);
+    for (int k = 0; which && k < kinds.count; k++) {
+        const struct mill_sums_view view = list_pairs(e, kinds.kind[k], blocks, which);
+        sink->open(sink, kinds.name[k]);
+        for (int i = 0; i < sums->list->count; i++) {
+            mill_sums_tell(sums, i, &view, sink);
+            if (i >= DISSIPATED)
+                mill_tell_part(sink);
+        }
+        sink->close(sink);
+    }
+    free(which);
 }
 
 void mill_energies_tell(const struct mill_energies *e, const struct mill_sums *sums,
                         struct mill_sink *sink)
 {
-    const struct mill_listed kinds = mill_kinds_listed(e->world);
     const size_t species = (size_t)e->world->species_count;
-    int32_t which[MILL_ENERGIES_CLASSES * MILL_ENERGIES_CLASSES];
     double edge[MILL_ENERGIES_BINS + 1];
     for (int i = 0; i <= MILL_ENERGIES_BINS; i++)
         edge[i] = mill_energies_edge(i);
@@ -185,17 +196,7 @@ void mill_energies_tell(const struct mill_energies *e, const struct mill_sums *s
         sink->values(sink, "class", MILL_H5_I32, 1, &species, e->class_of, "1",
                      "class of each species, in the order of mass: the histograms are by class "
                      "instead of species");
-    for (int k = 0; k < kinds.count; k++) {
-        struct mill_sums_view view = {.which = which};
-        view.rank = list_pairs(e, kinds.kind[k], view.dims, which);
-        sink->open(sink, kinds.name[k]);
-        for (int i = 0; i < SUMS; i++) {
-            mill_sums_tell(sums, i, &view, sink);
-            if (i >= DISSIPATED)
-                mill_tell_part(sink);
-        }
-        sink->close(sink);
-    }
+    tell_kinds(e, sums, 0, sink);
 }
 
 /* ---- blocks ---- */
@@ -253,36 +254,31 @@ void mill_energies_blocks_close(struct mill_energies_blocks *b,
 {
     int32_t *to = b->count + b->blocks * size_of(b);
     uint64_t *last = b->before;
-    for (size_t i = 0; i < b->pairs; i++, pair++) {
-        uint64_t now[MILL_ENERGIES_SORTS][MILL_ENERGIES_COARSE] = {{0}};
-        for (int bin = 0; bin < MILL_ENERGIES_BINS; bin++) {
-            now[0][coarse(bin)] += pair->normal[bin].count;
-            now[1][coarse(bin)] += pair->total[bin];
-            now[2][coarse(bin)] += pair->dissipated[bin];
-        }
-        for (size_t k = 0; k < MILL_ENERGIES_SORTS * MILL_ENERGIES_COARSE; k++, last++) {
-            const uint64_t sum = now[k / MILL_ENERGIES_COARSE][k % MILL_ENERGIES_COARSE];
-            *to++ = count_of(sum - *last);
-            *last = sum;
+    for (size_t i = 0; i < b->pairs * MILL_ENERGIES_SORTS; i++) {
+        uint64_t now[MILL_ENERGIES_COARSE] = {0};
+        for (int bin = 0; bin < MILL_ENERGIES_BINS; bin++)
+            now[coarse(bin)] +=
+                count_in(pair + i / MILL_ENERGIES_SORTS, (int)(i % MILL_ENERGIES_SORTS), bin);
+        for (size_t k = 0; k < MILL_ENERGIES_COARSE; k++, last++) {
+            *to++ = count_of(now[k] - *last);
+            *last = now[k];
         }
     }
     if (++b->blocks == MILL_ENERGIES_BLOCKS)
         join(b, period);
 }
 
-size_t mill_energies_blocks_weigh(const struct mill_energies_blocks *b, uint64_t first, int sort,
-                                  const double weight[MILL_ENERGIES_COARSE],
-                                  double series[MILL_ENERGIES_BLOCKS])
+void mill_energies_blocks_weigh(const struct mill_energies_blocks *b, uint64_t first, int sort,
+                                const double weight[MILL_ENERGIES_COARSE],
+                                double series[MILL_ENERGIES_BLOCKS])
 {
-    size_t n = 0;
-    for (uint64_t k = first; k < b->blocks; k++, n++) {
+    for (uint64_t k = first; k < b->blocks; k++, series++) {
         const int32_t *count = b->count + k * size_of(b) + (size_t)sort * MILL_ENERGIES_COARSE;
-        series[n] = 0;
+        *series = 0;
         for (size_t i = 0; i < b->pairs; i++, count += MILL_ENERGIES_SORTS * MILL_ENERGIES_COARSE)
             for (size_t bin = 0; bin < MILL_ENERGIES_COARSE; bin++)
-                series[n] += weight[bin] * count[bin];
+                *series += weight[bin] * count[bin];
     }
-    return n;
 }
 
 void mill_energies_blocks_state(struct mill_energies_blocks *b, struct mill_state *state)
@@ -295,58 +291,34 @@ void mill_energies_blocks_state(struct mill_energies_blocks *b, struct mill_stat
     mill_state_field(state, "block_counts", MILL_FIELD_I32, b->blocks * size_of(b), b->count);
 }
 
-/* Adds the blocks of a start from `first` on to rows[size_of(b)]: to one, or each to its own. */
-static void add_up(const struct mill_energies_blocks *b, uint64_t first, bool one, int32_t *row)
-{
-    for (uint64_t k = first; k < b->blocks; k++, row += one ? 0 : size_of(b))
-        for (size_t i = 0; i < size_of(b); i++)
-            row[i] = count_of((uint64_t)row[i] + (uint64_t)b->count[k * size_of(b) + i]);
-}
-
-/* Writes the `n` blocks of a kind, in `room`. count: of all pairs in each block */
-static void tell_blocks(const struct mill_energies *e, int kind, size_t n, const int32_t *count,
-                        int32_t *room, struct mill_sink *sink)
-{
-    int32_t which[MILL_ENERGIES_CLASSES * MILL_ENERGIES_CLASSES];
-    const size_t bins = MILL_ENERGIES_COARSE, stride = MILL_ENERGIES_SORTS * bins;
-    size_t dims[4] = {n};
-    const int rank = list_pairs(e, kind, dims + 1, which);
-    const size_t pairs = dims[1] * dims[2];
-    dims[1 + rank] = bins;
-    for (size_t sort = 0; sort < MILL_ENERGIES_SORTS; sort++) {
-        int32_t *to = room;
-        for (size_t k = 0; k < n; k++)
-            for (size_t i = 0; i < pairs; i++, to += bins)
-                if (which[i] >= 0)
-                    memcpy(to, count + (k * e->pairs + (size_t)which[i]) * stride + sort * bins,
-                           bins * sizeof *to);
-                else
-                    memset(to, 0, bins * sizeof *to);
-        sink->values(sink, sum_of[sort].name, MILL_H5_I32, 2 + rank, dims, room, "1",
-                     "impacts of each block, as in the histogram of this name" PAIR);
-        if (sort >= DISSIPATED)
-            mill_tell_part(sink);
-    }
-}
-
 void mill_energies_blocks_tell(const struct mill_energies_blocks *const *blocks, int starts,
                                const struct mill_energies *e, const struct mill_precision *batches,
                                uint64_t from, struct mill_sink *sink)
 {
+    static const char of_blocks[] = "impacts of each block, as in the histogram of this name" PAIR;
     const struct mill_energies_blocks *b = blocks[0];
-    const struct mill_listed kinds = mill_kinds_listed(e->world);
     const uint64_t first = mill_energies_blocks_first(b, from);
+    const size_t size = size_of(b), bytes = MILL_ENERGIES_COARSE * sizeof(int32_t);
     double edge[MILL_ENERGIES_COARSE + 1];
+    struct mill_sum sort_of[MILL_ENERGIES_SORTS];
     if (first >= b->blocks)
         return;
     const bool one = starts >= MILL_SPREAD_SEVERAL;
     const size_t each = one ? 1 : b->blocks - first, n = (size_t)starts * each;
     const double length = (double)b->length * batches->at.batch;
-    int32_t *room =
-        mill_sink_room(sink, n * e->classes * e->classes * MILL_ENERGIES_COARSE, sizeof *room);
-    int32_t *rows = mill_sink_room(sink, n * size_of(b), sizeof *rows);
-    for (int k = 0; rows && k < starts; k++)
-        add_up(blocks[k], first, one, rows + (size_t)k * each * size_of(b));
+    int32_t *rows = mill_sink_room(sink, n * size, sizeof *rows);
+    for (size_t s = 0; rows && s < (size_t)starts; s++)
+        for (uint64_t k = first; k < b->blocks; k++)
+            for (size_t i = 0; i < size; i++) {
+                int32_t *to = &rows[(s * each + (one ? 0 : k - first)) * size + i];
+                *to = count_of((uint64_t)*to + (uint64_t)blocks[s]->count[k * size + i]);
+            }
+    for (size_t i = 0; i < MILL_ENERGIES_SORTS; i++)
+        sort_of[i] =
+            (struct mill_sum){sum_of[i].name,       "1",         of_blocks, MILL_H5_I32, i * bytes,
+                              MILL_ENERGIES_COARSE, sizeof *rows};
+    const struct mill_sums_list list = {"blocks", MILL_ENERGIES_SORTS * bytes, MILL_ENERGIES_SORTS,
+                                        sort_of};
     for (int i = 0; i < MILL_ENERGIES_BINS; i++)
         edge[coarse(i)] = mill_energies_edge(i - (i > 0 ? (i - 1) % MILL_ENERGIES_JOINED : 0));
     edge[MILL_ENERGIES_COARSE] = mill_energies_edge(MILL_ENERGIES_BINS);
@@ -358,12 +330,8 @@ void mill_energies_blocks_tell(const struct mill_energies_blocks *const *blocks,
     mill_tell_count(sink, "period", mill_energies_blocks_period(b, batches->at.period),
                     "blocks in a period of the motions; 0: a block is one or more periods, or "
                     "nothing moves");
-    for (int k = 0; room && rows && k < kinds.count; k++) {
-        sink->open(sink, kinds.name[k]);
-        tell_blocks(e, kinds.kind[k], n, rows, room, sink);
-        sink->close(sink);
-    }
+    if (rows)
+        tell_kinds(e, &(struct mill_sums){&list, n * e->pairs, rows}, n, sink);
     sink->close(sink);
     free(rows);
-    free(room);
 }

@@ -109,11 +109,10 @@ static inline uint64_t mill_energies_blocks_period(const struct mill_energies_bl
     return period > blocks->length && period % blocks->length == 0 ? period / blocks->length : 0;
 }
 
-/* Impacts of all pairs in each block from `first` on, each bin with its weight. Returns the number
- * of these blocks. */
-size_t mill_energies_blocks_weigh(const struct mill_energies_blocks *blocks, uint64_t first,
-                                  int sort, const double weight[MILL_ENERGIES_COARSE],
-                                  double series[MILL_ENERGIES_BLOCKS]);
+/* Impacts of all pairs in each block from `first` on, each bin with its weight */
+void mill_energies_blocks_weigh(const struct mill_energies_blocks *blocks, uint64_t first, int sort,
+                                const double weight[MILL_ENERGIES_COARSE],
+                                double series[MILL_ENERGIES_BLOCKS]);
 
 /* Writes the group "blocks" within the group "energies". from: the first batch that counts. Of
  * MILL_SPREAD_SEVERAL starts: one block for each, the sum of its blocks; of fewer all, one start

@@ -4,25 +4,15 @@
 
 #include <stdio.h>
 
+#define AT(member) offsetof(struct mill_gathered_counts, member), 0, 0
+
 static const struct mill_sum count_of[] = {
-    {"samples", "1", "samples of the flow", MILL_H5_U64,
-     offsetof(struct mill_gathered_counts, samples), 0, 0},
-    {"kinetic", "J", "sum of the kinetic energies at the samples", MILL_H5_F64,
-     offsetof(struct mill_gathered_counts, kinetic), 0, 0},
-    {"rotational", "J", "the same of the spins", MILL_H5_F64,
-     offsetof(struct mill_gathered_counts, rotational), 0, 0}};
+    {"samples", "1", "samples of the flow", MILL_H5_U64, AT(samples)},
+    {"kinetic", "J", "sum of the kinetic energies at the samples", MILL_H5_F64, AT(kinetic)},
+    {"rotational", "J", "the same of the spins", MILL_H5_F64, AT(rotational)}};
 
 static const struct mill_sums_list counts = {"counts", sizeof(struct mill_gathered_counts), 3,
                                              count_of};
-
-/* In the order of the enum */
-static const struct mill_sums_list *const lists[MILL_GATHERED_PARTS] = {&mill_spectrum_sums,
-                                                                        &mill_spectrum_sums,
-                                                                        &mill_energies_sums,
-                                                                        &mill_maps_hits,
-                                                                        &mill_maps_flow,
-                                                                        &mill_wear_sums,
-                                                                        &counts};
 
 bool mill_gathered_plan(struct mill_gathered_plan *plan, const struct mill_world *world)
 {
@@ -41,16 +31,19 @@ void mill_gathered_free_plan(struct mill_gathered_plan *plan)
 bool mill_gathered_make(struct mill_gathered *g, const struct mill_gathered_plan *plan, int rows)
 {
     const size_t spectra = (size_t)rows * MILL_GATHERED_SPECTRA;
-    const size_t count[MILL_GATHERED_PARTS] = {spectra,
-                                               spectra,
-                                               plan->energies.pairs,
-                                               plan->maps.cells,
-                                               plan->maps.cells,
-                                               (size_t)plan->wear.facets,
-                                               1};
+    const struct {
+        const struct mill_sums_list *list;
+        size_t count;
+    } of[] = {[MILL_GATHERED_IMPACTS] = {&mill_spectrum_sums, spectra},
+              [MILL_GATHERED_STRIKES] = {&mill_spectrum_sums, spectra},
+              [MILL_GATHERED_PAIRS] = {&mill_energies_sums, plan->energies.pairs},
+              [MILL_GATHERED_HITS] = {&mill_maps_hits, plan->maps.cells},
+              [MILL_GATHERED_FLOW] = {&mill_maps_flow, plan->maps.cells},
+              [MILL_GATHERED_WEAR] = {&mill_wear_sums, (size_t)plan->wear.facets},
+              [MILL_GATHERED_COUNTS] = {&counts, 1}};
     bool good = true;
     for (int i = 0; i < MILL_GATHERED_PARTS; i++)
-        good = mill_sums_make(&g->part[i], lists[i], count[i]) && good;
+        good = mill_sums_make(&g->part[i], of[i].list, of[i].count) && good;
     g->impacts = g->part[MILL_GATHERED_IMPACTS].record;
     g->strikes = g->part[MILL_GATHERED_STRIKES].record;
     g->pair = g->part[MILL_GATHERED_PAIRS].record;

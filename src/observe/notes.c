@@ -167,9 +167,8 @@ static void judge_shares(struct mill_notes *notes, const struct mill_tally_resul
     const double rests = r->floor_share[r->all];
     add(notes, "rubbing", rests, RUBBING, is_stirred(r->world) && rests > RUBBING,
         "parts stir a bed whose balls rest on each other (%.0f %% of the impacts are at the "
-        "rebound "
-        "floor). In such attritors the power of hard spheres differed from that of soft ones by up "
-        "to 11 %%, and the fastest impacts were a fifth fewer. Check it: mill check.",
+        "rebound floor). In such attritors the power of hard spheres differed from that of soft "
+        "ones by up to 11 %%, and the fastest impacts were a fifth fewer. Check it: mill check.",
         100 * rests);
     add(notes, "recontact_share", share, RECONTACTS, share > RECONTACTS,
         "%.0f %% of the impacts above %.3g mm/s follow the last one of the same two bodies so soon "
@@ -269,15 +268,15 @@ static void judge_start(struct mill_notes *notes, const struct mill_tally_result
             "no errors are known from one start: the container moves, and balls rest on its wall, "
             "so the charge may keep its first arrangement for ever, and other starts differ. Run "
             "several: run.starts = 8.",
-        [MILL_TALLY_FIRST_OF_ALL] = "results are of the first start alone, without errors, because "
-                                    "the run was stopped when "
-                                    "the others were not as far: --resume goes on with all.",
+        [MILL_TALLY_FIRST_OF_ALL] =
+            "results are of the first start alone, without errors, because the run was stopped "
+            "when the others were not as far: --resume goes on with all.",
         [MILL_TALLY_FEW_STARTS] =
             "the scatter of fewer than 4 starts gives no errors: run.starts = 8.",
         [MILL_TALLY_DRIFTS] =
             "not settled: from the first quarter of the sampled window to its last half the starts "
-            "drift all in one direction, so no errors are given. Sample later "
-            "(run.sample_from), and for longer."};
+            "drift all in one direction, so no errors are given. Sample later (run.sample_from), "
+            "and for longer."};
     const double all = (double)r->impacts[r->all].count;
     const int fast = r->tally->batches.fast;
     add(notes, NULL, r->tally->starts, 1, r->doubt != MILL_TALLY_KNOWN, "%s", why[r->doubt]);
@@ -331,16 +330,6 @@ static void judge_drift(struct mill_notes *notes, const struct mill_world *world
         drift, 100 * share);
 }
 
-/* How far the run got */
-static void judge_time(struct mill_notes *notes, const struct mill_tally_results *r, double now,
-                       bool stopped)
-{
-    add(notes, NULL, now, r->tally->end, stopped,
-        "stopped at %.6g s of %.6g s; the file holds everything up to then.", now, r->tally->end);
-    add(notes, NULL, r->duration, 0, !(r->duration > 0),
-        "nothing was sampled: the run ended before run.sample_from = %.6g s.", r->tally->begin);
-}
-
 /* Rules for soft spheres */
 static void judge_soft(struct mill_notes *notes, const struct mill_world *world)
 {
@@ -361,30 +350,32 @@ static void judge_soft(struct mill_notes *notes, const struct mill_world *world)
 void mill_notes_take(struct mill_notes *notes, const struct mill_world *world,
                      const struct mill_tally_results *r, double t, bool stopped, bool foreign)
 {
-    double hits = 0; /* hits on balls */
+    const bool hard = !foreign && !world->soft.on;
+    const double now = world->base + t;
+    double hits = 0; /* on balls */
     for (int kind = 0; kind < world->kinds.count; kind++) {
         const double contacts = (double)r->impacts[kind].count;
         hits += contacts > 0 ? hits_of(world, kind, contacts, contacts * r->floor_share[kind]) : 0;
     }
     notes->count = 0;
-    judge_time(notes, r, world->base + t, stopped);
+    add(notes, NULL, now, r->tally->end, stopped,
+        "stopped at %.6g s of %.6g s; the file holds everything up to then.", now, r->tally->end);
+    add(notes, NULL, r->duration, 0, !(r->duration > 0),
+        "nothing was sampled: the run ended before run.sample_from = %.6g s.", r->tally->begin);
     judge_start(notes, r);
-    if (foreign || world->soft.on) {
-        judge_motion(notes, world, r, t);
-        judge_reach(notes, world, r);
-        if (!foreign) {
-            judge_drift(notes, world, r, t);
-            judge_soft(notes, world);
-        }
-        return;
-    }
-    judge_locks(notes, world);
+    if (hard)
+        judge_locks(notes, world);
     judge_motion(notes, world, r, t);
-    judge_law(notes, world, true);
-    judge_rate(notes, world, r->duration > 0 ? hits / world->balls / r->duration : (double)NAN);
-    judge_shares(notes, r);
+    if (hard) {
+        judge_law(notes, world, true);
+        judge_rate(notes, world, r->duration > 0 ? hits / world->balls / r->duration : (double)NAN);
+        judge_shares(notes, r);
+    }
     judge_reach(notes, world, r);
-    judge_drift(notes, world, r, t);
+    if (!foreign)
+        judge_drift(notes, world, r, t);
+    if (!foreign && !hard)
+        judge_soft(notes, world);
 }
 
 static void tell_reach(const struct mill_notes *notes, struct mill_sink *sink)

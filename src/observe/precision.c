@@ -16,7 +16,6 @@
 #include <assert.h>
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
 
 /* [s] Lengths of a batch. A charge needs more than `shortest` to change. A motion with a period
  * longer than `standing` is treated as standing still. */
@@ -123,17 +122,34 @@ static struct mill_spectrum_place find_median(const struct mill_precision_set *s
     return mill_spectrum_place(sum, slot, 0.5);
 }
 
-/* By how many impacts the median of a batch or a window is below the place: its impacts below the
- * place, minus half of all its impacts. *all: all its impacts */
-static double excess(const uint32_t *row, const struct mill_spectrum_place *place, double *all)
+/* By how many impacts the median of some batches of a start is below the place: their impacts below
+ * the place, minus half of all their impacts. *all: all their impacts */
+static double excess(const struct mill_precision *p, uint64_t from, uint64_t to,
+                     const struct mill_spectrum_place *place, double *all)
 {
-    double below = place->within * row[place->bin], rest = (1 - place->within) * row[place->bin];
-    for (int i = place->slot; i < place->bin; i++)
-        below += row[i];
-    for (int i = place->bin + 1; i < MILL_SPECTRUM_SLOTS; i++)
-        rest += row[i];
-    *all = below + rest;
-    return 0.5 * (below - rest);
+    double sum = 0;
+    *all = 0;
+    for (uint64_t k = from; k < to; k++) {
+        const uint32_t *row = p->counts[k];
+        double below = place->within * row[place->bin];
+        double rest = (1 - place->within) * row[place->bin];
+        for (int i = place->slot; i < place->bin; i++)
+            below += row[i];
+        for (int i = place->bin + 1; i < MILL_SPECTRUM_SLOTS; i++)
+            rest += row[i];
+        sum += 0.5 * (below - rest);
+        *all += below + rest;
+    }
+    return sum;
+}
+
+/* The same as a share of all */
+static double share_of(const struct mill_precision *p, uint64_t from, uint64_t to,
+                       const struct mill_spectrum_place *place)
+{
+    double all;
+    const double below = excess(p, from, to, place, &all);
+    return all > 0 ? below / all : 0;
 }
 
 /* Fraction of the impacts per unit of ln v around the median, over 5 bins to each side, +-10 % */
@@ -151,42 +167,23 @@ static double density(const struct mill_spectrum *sum, const struct mill_spectru
     return share / ((high - low) * MILL_SPECTRUM_LOG_BIN);
 }
 
-/* The same for the batches of a start from one to another, added up */
-static double excess_of(const struct mill_precision *p, uint64_t from, uint64_t to,
-                        const struct mill_spectrum_place *place, double *all)
-{
-    double below = 0, more;
-    *all = 0;
-    for (uint64_t k = from; k < to; k++) {
-        below += excess(p->counts[k], place, &more);
-        *all += more;
-    }
-    return below;
-}
-
-/* Values that an error comes from: one of each of several starts, or all batches of a few */
-static struct mill_spread_of values_of(const struct mill_precision_set *set, uint64_t from)
+/* Values that an error comes from: one of each of several starts, or all batches of a few. *length:
+ * batches of a value */
+static struct mill_spread_of values_of(const struct mill_precision_set *set, uint64_t from,
+                                       uint64_t *length)
 {
     const struct mill_precision_progress *at = &set->of[0]->at;
     const bool apart = set->count >= MILL_SPREAD_SEVERAL && at->batches > from;
+    *length = apart ? at->batches - from : 1;
     return (struct mill_spread_of){(size_t)set->count, apart ? 1 : at->batches - from, at->period};
-}
-
-/* Value i of them is of the batches from *from to *to of the start that is returned. */
-static const struct mill_precision *value_of(const struct mill_precision_set *set,
-                                             struct mill_spread_of of, size_t i, uint64_t *from,
-                                             uint64_t *to)
-{
-    *from += i % of.each;
-    *to = of.each > 1 ? *from + 1 : set->of[0]->at.batches;
-    return set->of[i / of.each];
 }
 
 /* *rare: there are too few such impacts to know it */
 static struct mill_spread_mean tell_median(const struct mill_precision_set *set, uint64_t from,
                                            int slot, bool *rare)
 {
-    const struct mill_spread_of of = values_of(set, from);
+    uint64_t length;
+    const struct mill_spread_of of = values_of(set, from, &length);
     const size_t n = of.starts * of.each;
     double below[MILL_SPREAD_MOST] = {0}, all[MILL_SPREAD_MOST];
     struct mill_spectrum sum = {0};
@@ -195,9 +192,8 @@ static struct mill_spread_mean tell_median(const struct mill_precision_set *set,
     if (!(place.count > 0) || place.bin == 0)
         return median;
     for (size_t i = 0; i < n; i++) {
-        uint64_t first = from, end;
-        const struct mill_precision *p = value_of(set, of, i, &first, &end);
-        below[i] = excess_of(p, first, end, &place, &all[i]);
+        const uint64_t first = from + i % of.each;
+        below[i] = excess(set->of[i / of.each], first, first + length, &place, &all[i]);
     }
     const struct mill_spread_mean scatter = mill_spread_mean(below, of);
     /* error of the fraction below; for n independent impacts it is 1/2 over the root of n */
@@ -229,60 +225,58 @@ const struct mill_precision_rate mill_precision_rates[MILL_PRECISION_RATES] = {
      true, 1, TO(rate)},
     {"fast_rate", "s-1",
      "impacts per second with a normal speed at or above each of the attribute thresholds [m/s]",
-     MILL_PRECISION_KIND, FROM(fast), MILL_WORLD_FAST * sizeof(uint64_t), true, MILL_WORLD_FAST,
-     TO(fast)},
+     MILL_PRECISION_KIND, FROM(fast), sizeof(uint64_t), true, MILL_WORLD_FAST, TO(fast)},
     {"dissipated_power", "W", "power lost in impacts", MILL_PRECISION_KIND, FROM(dissipation),
      sizeof(double), false, 1, TO(loss)},
     {"dissipated_power_normal", "W", "its normal part", MILL_PRECISION_KIND,
      FROM(dissipation_normal), sizeof(double), false, 1, TO(loss_normal)}};
 
-static int rows_of(const struct mill_precision *p, const struct mill_precision_rate *rate)
+/* Numbers of a rate, all rows of it */
+static size_t numbers_of(const struct mill_precision *p, const struct mill_precision_rate *rate)
 {
-    return rate->each == MILL_PRECISION_KIND     ? p->kinds + 1
-           : rate->each == MILL_PRECISION_MOTION ? p->motions
-                                                 : 1;
+    const int rows = rate->each == MILL_PRECISION_KIND     ? p->kinds + 1
+                     : rate->each == MILL_PRECISION_MOTION ? p->motions
+                                                           : 1;
+    return (size_t)rows * rate->width;
 }
 
-/* Number k of a row in an account */
+/* Number i of a rate in an account */
 static double number(const struct mill_account *account, const struct mill_precision_rate *rate,
-                     int row, size_t k)
+                     size_t i)
 {
-    const char *at = (const char *)account + rate->at + (size_t)row * rate->step;
-    double value;
-    uint64_t count;
-    memcpy(rate->counts ? (void *)&count : (void *)&value, at + k * sizeof value, sizeof value);
-    return rate->counts ? (double)count : value;
+    const void *at = (const char *)account + rate->at + i * rate->step;
+    return rate->counts ? (double)*(const uint64_t *)at : *(const double *)at;
 }
 
 /* The same minus that of an earlier account; in the last row of kinds the sum of all */
 static double change(const struct mill_precision *p, const struct mill_account *from,
-                     const struct mill_account *to, const struct mill_precision_rate *rate, int row,
-                     size_t k)
+                     const struct mill_account *to, const struct mill_precision_rate *rate,
+                     size_t i)
 {
-    const bool all = rate->each == MILL_PRECISION_KIND && row == p->kinds;
+    const bool all = rate->each == MILL_PRECISION_KIND && i >= (size_t)p->kinds * rate->width;
     double sum = 0;
-    for (int i = all ? 0 : row; i < (all ? p->kinds : row + 1); i++)
-        sum += number(to, rate, i, k) - number(from, rate, i, k);
+    for (size_t k = all ? i % rate->width : i; k < (all ? i : i + 1); k += rate->width)
+        sum += number(to, rate, k) - number(from, rate, k);
     return sum;
 }
 
 double mill_precision_one(const struct mill_precision *p, uint64_t from, uint64_t to,
                           const struct mill_precision_rate *rate, int row, size_t k)
 {
-    return change(p, &p->accounts[from], &p->accounts[to], rate, row, k) /
+    return change(p, &p->accounts[from], &p->accounts[to], rate, (size_t)row * rate->width + k) /
            ((double)(to - from) * p->at.batch);
 }
 
 static struct mill_spread_mean rate_of(const struct mill_precision_set *set, uint64_t from,
-                                       const struct mill_precision_rate *rate, int row, size_t k)
+                                       const struct mill_precision_rate *rate, size_t which)
 {
-    const struct mill_spread_of of = values_of(set, from);
+    uint64_t length;
+    const struct mill_spread_of of = values_of(set, from, &length);
     const struct mill_precision_progress *at = &set->of[0]->at;
     double each[MILL_SPREAD_MOST] = {0};
     for (size_t i = 0; i < of.starts * of.each; i++) {
-        uint64_t first = from, end;
-        const struct mill_precision *p = value_of(set, of, i, &first, &end);
-        each[i] = mill_precision_one(p, first, end, rate, row, k);
+        const uint64_t first = from + i % of.each;
+        each[i] = mill_precision_one(set->of[i / of.each], first, first + length, rate, 0, which);
     }
     if (rate->counts)
         return mill_spread_counted(each, of, set->count * (double)(at->batches - from) * at->batch);
@@ -302,18 +296,16 @@ static bool drifts(const struct mill_precision_set *set, uint64_t from, double z
     const struct mill_precision_rate *loss = &mill_precision_rates[MILL_PRECISION_LOSS];
     const uint64_t end = p->at.batches, first = from + (end - from + 3) / 4,
                    last = end - (end - from) / 2;
-    double off[2][MILL_PRECISION_STARTS], all[2];
+    double off[2][MILL_PRECISION_STARTS];
     struct mill_spectrum sum = {0};
     const struct mill_spectrum_place place = find_median(set, from, p->fast, &sum);
     if (set->count < MILL_SPREAD_SEVERAL || end - from < 4)
         return false;
     for (int s = 0; s < set->count; s++) {
         const struct mill_precision *one = set->of[s];
-        const double below = excess_of(one, from, first, &place, &all[0]);
-        const double late = excess_of(one, last, end, &place, &all[1]);
         off[0][s] = mill_precision_one(one, from, first, loss, p->kinds, 0) -
                     mill_precision_one(one, last, end, loss, p->kinds, 0);
-        off[1][s] = (all[0] > 0 ? below / all[0] : 0) - (all[1] > 0 ? late / all[1] : 0);
+        off[1][s] = share_of(one, from, first, &place) - share_of(one, last, end, &place);
     }
     bool found = false;
     for (int k = 0; k < 2; k++) {
@@ -328,7 +320,7 @@ static bool drifts(const struct mill_precision_set *set, uint64_t from, double z
 
 uint64_t mill_precision_cut(const struct mill_precision_set *set, bool *settled)
 {
-    double power[MILL_PRECISION_BATCHES] = {0}, below[MILL_PRECISION_BATCHES] = {0}, all;
+    double power[MILL_PRECISION_BATCHES] = {0}, below[MILL_PRECISION_BATCHES] = {0};
     struct mill_spectrum sum = {0};
     const uint64_t n = set->of[0]->at.batches;
     const bool several = set->count >= MILL_SPREAD_SEVERAL;
@@ -336,8 +328,7 @@ uint64_t mill_precision_cut(const struct mill_precision_set *set, bool *settled)
     for (int s = 0; s < set->count; s++)
         for (uint64_t k = 0; k < n; k++) {
             const struct mill_precision *p = set->of[s];
-            const double more = excess(p->counts[k], &place, &all);
-            below[k] += all > 0 ? more / all : 0;
+            below[k] += share_of(p, k, k + 1, &place);
             power[k] += p->accounts[k + 1].work - p->accounts[k].work;
         }
     const uint64_t of_power = mill_spread_mser(power, n), of_median = mill_spread_mser(below, n);
@@ -361,12 +352,10 @@ struct mill_precision_known mill_precision_tell(const struct mill_precision_set 
     known.drifts = drifts(set, from, REFUSED);
     known.median = tell_median(set, from, 0, &known.slips);
     known.median_fast = tell_median(set, from, p->fast, &known.slips);
-    for (int i = 0; i < MILL_PRECISION_RATES; i++) {
-        const struct mill_precision_rate *rate = &mill_precision_rates[i];
-        for (int row = 0; row < rows_of(p, rate); row++)
-            for (size_t k = 0; k < rate->width; k++)
-                mill_precision_of(&known, rate, row)[k] = rate_of(set, from, rate, row, k);
-    }
+    const struct mill_precision_rate *rate = mill_precision_rates;
+    for (; rate < mill_precision_rates + MILL_PRECISION_RATES; rate++)
+        for (size_t i = 0; i < numbers_of(p, rate); i++)
+            mill_precision_of(&known, rate, 0)[i] = rate_of(set, from, rate, i);
     return known;
 }
 
@@ -374,13 +363,12 @@ void mill_precision_whole(struct mill_precision_known *known, const struct mill_
                           const struct mill_account *from, const struct mill_account *to,
                           double duration)
 {
-    for (int i = 0; i < MILL_PRECISION_RATES; i++) {
-        const struct mill_precision_rate *rate = &mill_precision_rates[i];
+    const struct mill_precision_rate *rate = mill_precision_rates;
+    for (; rate < mill_precision_rates + MILL_PRECISION_RATES; rate++) {
         const double none = rate->each == MILL_PRECISION_KIND ? 0 : (double)NAN;
-        for (int row = 0; row < rows_of(p, rate); row++)
-            for (size_t k = 0; k < rate->width; k++)
-                mill_precision_of(known, rate, row)[k].value =
-                    duration > 0 ? change(p, from, to, rate, row, k) / duration : none;
+        for (size_t i = 0; i < numbers_of(p, rate); i++)
+            mill_precision_of(known, rate, 0)[i].value =
+                duration > 0 ? change(p, from, to, rate, i) / duration : none;
     }
 }
 

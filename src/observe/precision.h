@@ -75,7 +75,7 @@ enum mill_precision_each { MILL_PRECISION_ONE, MILL_PRECISION_MOTION, MILL_PRECI
 struct mill_precision_rate {
     const char *name, *unit, *meaning; /* in the results */
     enum mill_precision_each each;
-    size_t at, step; /* offset in an account; bytes from one kind or motion to the next */
+    size_t at, step; /* offset in an account; bytes from one number to the next */
     bool counts;     /* whole numbers */
     size_t width;    /* numbers for each, one after the other */
     size_t to;       /* offset in a struct mill_precision_known */

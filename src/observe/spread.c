@@ -91,21 +91,18 @@ struct mill_spread_mean mill_spread_mean(const double *x, struct mill_spread_of 
 {
     const size_t n = of.each;
     double rest[MILL_SPREAD_MOST], piece[MILL_SPREAD_SEVERAL * MILL_SPREAD_PIECES] = {0};
-    struct mill_spread_mean mean = {0, NAN, 0};
     double shift = 0;
     assert(n * of.starts <= MILL_SPREAD_MOST);
+    struct mill_spread_mean mean = mean_of(x, n * of.starts);
     if (n == 1)
-        return mean_of(x, of.starts);
-    for (size_t i = 0; i < n * of.starts; i++)
-        mean.value += x[i] / (double)(n * of.starts);
+        return mean;
+    mean = (struct mill_spread_mean){mean.value, NAN, 0};
     if (n < MILL_SPREAD_FEWEST || of.starts >= MILL_SPREAD_SEVERAL)
         return mean;
     const bool repeats = of.period > 1 && n / of.period >= 2;
     for (size_t s = 0; s < of.starts; s++, x += n) {
-        double own = 0;
+        const double own = mean_of(x, n).value;
         shift += remove_phases(x, n, repeats ? of.period : 1, rest) / (double)of.starts;
-        for (size_t i = 0; i < n; i++)
-            own += x[i] / (double)n;
         for (size_t k = 0; k < MILL_SPREAD_PIECES; k++) {
             const size_t first = k * n / MILL_SPREAD_PIECES;
             const size_t next = (k + 1) * n / MILL_SPREAD_PIECES;

@@ -90,23 +90,17 @@ struct mill_strike *mill_strikes_meet(struct mill_strikes *strikes, int kind, in
     assert(partner >= -1 && partner < 1 << 29);
     const uint64_t pair = (uint64_t)kind << 59 | (uint64_t)ball << 30 | (uint64_t)(partner + 1);
     for (;;) {
-        struct mill_strike *bucket = bucket_of(strikes, pair), *oldest = bucket;
-        for (int k = 0; k < BUCKET; k++) {
-            if (bucket[k].pair == pair) {
-                *since = time - bucket[k].time;
-                if (!(*since < strikes->window))
-                    *since = INFINITY;
-                bucket[k].time = time;
-                return &bucket[k];
-            }
-            if (bucket[k].time < oldest->time)
-                oldest = &bucket[k];
-        }
-        if (!(time - oldest->time < strikes->window)) {
-            *since = INFINITY;
-            oldest->pair = pair;
-            oldest->time = time;
-            return oldest;
+        /* the entry of this pair, else the oldest one */
+        struct mill_strike *bucket = bucket_of(strikes, pair), *one = bucket;
+        for (int k = 0; k < BUCKET && one->pair != pair; k++)
+            if (bucket[k].pair == pair || bucket[k].time < one->time)
+                one = &bucket[k];
+        const bool recent = time - one->time < strikes->window;
+        if (one->pair == pair || !recent) {
+            *since = recent ? time - one->time : (double)INFINITY;
+            one->pair = pair;
+            one->time = time;
+            return one;
         }
         if (!mill_strikes_resize(strikes, strikes->bits + 1, time))
             return NULL;

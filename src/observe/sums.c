@@ -42,10 +42,8 @@ void mill_sums_add_records(const struct mill_sums_list *list, size_t count, void
     for (const struct mill_sum *sum = list->sum; sum < list->sum + list->count; sum++) {
         char *to = (char *)into + sum->at;
         const char *more = (const char *)from + sum->at;
-        if (sum->n == 0)
-            add_row(sum->type, count, list->size, to, more);
-        for (size_t i = 0; i < count && sum->n > 0; i++, to += list->size, more += list->size)
-            add_row(sum->type, sum->n, sum->step, to, more);
+        for (size_t i = 0; i < count; i++, to += list->size, more += list->size)
+            add_row(sum->type, sum->n > 0 ? sum->n : 1, sum->step, to, more);
     }
 }
 
@@ -69,7 +67,7 @@ void mill_sums_tell(const struct mill_sums *sums, int k, const struct mill_sums_
     const struct mill_sum *sum = &sums->list->sum[k];
     const size_t size = sum->type == MILL_H5_I32 ? sizeof(int32_t) : sizeof(uint64_t);
     const size_t n = view->n > 0 ? view->n : sum->n > 0 ? sum->n : 1;
-    size_t dims[3] = {0}, records = 1;
+    size_t dims[4] = {0}, records = 1;
     for (int i = 0; i < view->rank; records *= dims[i++])
         dims[i] = view->dims[i];
     dims[view->rank] = n;

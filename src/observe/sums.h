@@ -51,7 +51,7 @@ void mill_sums_state(struct mill_sums *sums, const char *prefix, struct mill_sta
 /* Part of the records, as an array: `rank` dimensions of records, then numbers of each record */
 struct mill_sums_view {
     int rank;
-    size_t dims[2];
+    size_t dims[3];
     const int32_t *which; /* [dims] numbers of the records, -1: zeros; NULL: all in their order */
     size_t first, n;      /* of the numbers of a row; n = 0: the whole row */
 };

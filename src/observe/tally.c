@@ -9,7 +9,6 @@
 
 #include <math.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 /* ---- the end of the run and the start of the window ----
@@ -51,8 +50,7 @@ static void join_portions(struct mill_tally *t)
         for (uint64_t m = 1; m < many; m++)
             mill_gathered_add(first, &first[m]);
         first->last = first[many - 1].last;
-        if (k > 0)
-            move(&t->portion[k], first);
+        move(&t->portion[k], first);
     }
     t->at.portions /= many;
     t->at.length *= many;
@@ -61,7 +59,7 @@ static void join_portions(struct mill_tally *t)
 /* Returns the strikes of an earlier portion. */
 static struct mill_speeds *strikes_of(struct mill_tally *t, int32_t portion)
 {
-    for (uint64_t i = 0; t->portion && i < t->at.portions; i++)
+    for (uint64_t i = 0; t->search && i < t->at.portions; i++)
         if (portion <= t->portion[i].last)
             return t->portion[i].strikes;
     return t->gathered.strikes;
@@ -93,7 +91,7 @@ static bool end_batch(struct mill_tally *t, const struct mill_account *account)
         memset(t->before, 0, sizeof t->before);
         mill_energies_blocks_restart(&t->blocks);
     }
-    if (++t->at.portions == (t->several ? MILL_TALLY_FEWER : MILL_TALLY_PORTIONS))
+    if (++t->at.portions == (t->asked.starts > 1 ? MILL_TALLY_FEWER : MILL_TALLY_PORTIONS))
         join_portions(t);
     const uint64_t joined = mill_precision_join(&t->batches);
     t->at.length /= joined;
@@ -187,22 +185,13 @@ static double next_batch(const struct mill_tally *tally)
     return next < tally->end + 1e-9 * tally->batches.at.batch ? fmin(next, tally->end) : next;
 }
 
-/* Balls that are all asleep never move again: one sample at the end of a batch stands for all. */
-static bool rests(const struct mill_world *world)
-{
-    return world->counts.asleep == world->balls && world->container.still;
-}
-
-/* The next time in an open window */
-static double next_time(const struct mill_tally *tally)
-{
-    const double end = fmin(tally->end, next_batch(tally));
-    return rests(tally->world) ? end : fmin(mill_tally_snapshot(tally, 0), end);
-}
-
 static void plan(struct mill_tally *tally)
 {
-    const double next = tally->at.open ? next_time(tally) : tally->begin;
+    const struct mill_world *world = tally->world;
+    double next = tally->at.open ? fmin(tally->end, next_batch(tally)) : tally->begin;
+    /* balls that are all asleep never move again: one sample at the end of a batch is enough */
+    if (tally->at.open && !(world->counts.asleep == world->balls && world->container.still))
+        next = fmin(mill_tally_snapshot(tally, 0), next);
     tally->observer.next = tally->at.closed ? (double)INFINITY : next;
 }
 
@@ -310,9 +299,8 @@ double mill_tally_contact(const struct mill_world *world)
 static void free_tally(struct mill_observer *observer)
 {
     struct mill_tally *tally = (struct mill_tally *)observer;
-    for (int i = 0; tally->portion && i < MILL_TALLY_PORTIONS; i++)
+    for (int i = 0; i < MILL_TALLY_PORTIONS; i++)
         mill_gathered_free(&tally->portion[i]);
-    free(tally->portion);
     mill_gathered_free(&tally->gathered);
     mill_gathered_free_plan(&tally->plan);
     mill_energies_blocks_free(&tally->blocks);
@@ -320,27 +308,12 @@ static void free_tally(struct mill_observer *observer)
     mill_precision_free(&tally->batches);
 }
 
-/* Prepares the batches and what may end the run. false: out of memory. */
-static bool plan_batches(struct mill_tally *t, const struct mill_observe *asked,
-                         const struct mill_world *world)
-{
-    t->precision = asked->precision;
-    t->collisions = asked->max_collisions > 0 ? (uint64_t)asked->max_collisions : UINT64_MAX;
-    t->search = asked->sample_found;
-    if (!mill_precision_init(&t->batches, t->begin, world, &t->grid))
-        return false;
-    t->at.length = 1;
-    t->several = asked->starts > 1;
-    t->batches.most = t->several ? MILL_PRECISION_FEWER : MILL_PRECISION_BATCHES;
-    t->portion = t->search ? calloc(MILL_TALLY_PORTIONS, sizeof *t->portion) : NULL;
-    return !t->search || t->portion;
-}
-
 static enum mill_status create(struct mill_observer *observer, const struct mill_observe *asked,
                                const struct mill_world *world, struct mill_error *error)
 {
     struct mill_tally *tally = (struct mill_tally *)observer;
     const double duration = fmax(0, asked->end - asked->sample_from);
+    tally->asked = *asked;
     tally->begin = asked->sample_from; /* 0 if it is to be found */
     tally->end = fmax(asked->end, asked->sample_from);
     tally->interval = duration > 0 ? fmin(1e-3, duration / 100) : (double)INFINITY;
@@ -351,15 +324,17 @@ static enum mill_status create(struct mill_observer *observer, const struct mill
     const double window =
         isnan(asked->strike_window) ? mill_tally_contact(world) : asked->strike_window;
     tally->watch = asked->sample_from - 2 * window; /* twice, because of rounding */
-    tally->hard = asked->hard;
-    tally->hard_by = asked->hard_by;
-    memcpy(tally->law, asked->wear, sizeof tally->law);
+    tally->collisions = asked->max_collisions > 0 ? (uint64_t)asked->max_collisions : UINT64_MAX;
+    tally->search = asked->sample_found;
+    tally->at.length = 1;
     if (!mill_gathered_plan(&tally->plan, world) ||
         !mill_gathered_make(&tally->gathered, &tally->plan, tally->plan.kinds) ||
         !mill_energies_blocks_init(&tally->blocks, tally->plan.energies.pairs))
         return mill_error_set(error, MILL_FAILED, "out of memory for maps, spectra and energies");
-    if (!mill_strikes_init(&tally->pairs, window) || !plan_batches(tally, asked, world))
+    if (!mill_strikes_init(&tally->pairs, window) ||
+        !mill_precision_init(&tally->batches, tally->begin, world, &tally->grid))
         return mill_error_set(error, MILL_FAILED, "out of memory for the statistics");
+    tally->batches.most = asked->starts > 1 ? MILL_PRECISION_FEWER : MILL_PRECISION_BATCHES;
     if (tally->begin <= 0 && duration > 0)
         open_window(tally, &world->account);
     plan(tally);

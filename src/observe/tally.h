@@ -33,11 +33,9 @@ struct mill_tally {
     struct mill_observer observer; /* first: the event loop only knows this member */
     double begin, end;             /* [s] the planned window; begin 0 if it is to be found */
     double watch;                  /* [s] pairs are recorded for strikes from here on */
-    double hard;                   /* [J] as asked for; NaN: to be found */
-    int hard_by;
-    double interval; /* [s] between the samples for the maps; INFINITY: none */
+    double interval;               /* [s] between the samples for the maps; INFINITY: none */
+    struct mill_observe asked;
     const struct mill_world *world;
-    struct mill_wear_law law[MILL_KINDS_MOST];
     struct mill_tally_progress at;
     struct mill_spectrum_grid grid;
     struct mill_gathered_plan plan;
@@ -45,14 +43,12 @@ struct mill_tally {
     struct mill_energies_blocks blocks;
     struct mill_strikes pairs;
     /* ---- accuracy of the results, and what can end the run before its time ---- */
-    double precision;    /* run.precision; 0: none */
     uint64_t collisions; /* run.max_collisions; UINT64_MAX: not used */
     bool search;         /* the start of the window is to be found */
     struct mill_precision batches;
     uint64_t before[MILL_SPECTRUM_SLOTS]; /* impacts by speed at the end of the last batch */
-    struct mill_gathered *portion;        /* [MILL_TALLY_PORTIONS], or NULL */
+    struct mill_gathered portion[MILL_TALLY_PORTIONS];
     /* the starts of the run that results are made of, at the same time; the first is this one */
-    bool several;       /* a start of several, so that it cannot end the run alone */
     unsigned long seed; /* of this start */
     int starts;
     const struct mill_tally *start[MILL_PRECISION_STARTS];

@@ -49,11 +49,14 @@ static void set_rows(struct mill_tally_results *r, struct mill_speeds *speeds,
     }
 }
 
-/* Share of the impacts at the floor, of each row */
-static void share_floored(struct mill_tally_results *r)
+/* Computes what follows from the accounts, and medians, over the whole window. A motion without an
+ * axis has no torque. */
+static void sum_account(struct mill_tally_results *r)
 {
     const struct mill_account *from = &r->at.at_begin, *to = &r->at.at_end;
+    struct mill_precision_known *known = &r->at.known;
     uint64_t floored = 0, impacts = 0;
+    mill_precision_whole(known, &r->tally->batches, from, to, r->duration);
     for (int row = 0; row <= r->all; row++) {
         const bool all = row == r->all;
         const uint64_t low = all ? floored : to->floored[row] - from->floored[row];
@@ -62,16 +65,6 @@ static void share_floored(struct mill_tally_results *r)
         floored += low;
         impacts += met;
     }
-}
-
-/* Computes what follows from the accounts, and medians, over the whole window. A motion without an
- * axis has no torque. */
-static void sum_account(struct mill_tally_results *r)
-{
-    const struct mill_account *from = &r->at.at_begin, *to = &r->at.at_end;
-    struct mill_precision_known *known = &r->at.known;
-    mill_precision_whole(known, &r->tally->batches, from, to, r->duration);
-    share_floored(r);
     r->pinch_power =
         (to->pinch_work - from->pinch_work) / (r->duration > 0 ? r->duration : (double)NAN);
     for (int k = 0; k < r->world->motions; k++) {
@@ -100,7 +93,7 @@ static void sum_hard(struct mill_tally_results *r)
     const uint64_t each = apart ? many * length : length; /* batches of a value */
     double hard[MILL_SPREAD_MOST] = {0}, rest[MILL_SPREAD_MOST], part[MILL_ENERGIES_BLOCKS];
     r->is_hard = mill_energies_find_hard(r->sums.pair, r->tally->plan.energies.pairs,
-                                         r->tally->hard, r->tally->hard_by);
+                                         r->tally->asked.hard, r->tally->asked.hard_by);
     const double count = r->is_hard.count, rate = mill_tally_per_second(r, count);
     for (size_t s = 0; s < of.starts; s++) {
         const struct mill_tally *t = r->tally->start[s];
@@ -122,29 +115,22 @@ static void sum_hard(struct mill_tally_results *r)
     r->hard_per_joule.value = drive > 0 ? rate / drive : (double)NAN;
     /* a found energy varies with the losses, and not in proportion: then the quotient is not known
      * better than the rate (jars with a heap) */
-    const double least = isnan(r->tally->hard) && apart ? r->hard.error / rate : 0;
+    const double least = isnan(r->tally->asked.hard) && apart ? r->hard.error / rate : 0;
     r->hard_per_joule.error = fmax(r->hard_per_joule.error / drive,
                                    r->hard_per_joule.value * fmax(least, 1 / sqrt(count)));
     if (r->hard.freedom == 0 || !(drive > 0))
         r->hard_per_joule = (struct mill_spread_mean){r->hard_per_joule.value, NAN, 0};
 }
 
-/* The batches of all starts */
-static struct mill_precision_set set_of(const struct mill_tally *t)
-{
-    struct mill_precision_set set = {.count = t->starts};
-    for (int s = 0; s < t->starts; s++)
-        set.of[s] = &t->start[s]->batches;
-    return set;
-}
-
 uint64_t mill_tally_window(const struct mill_tally *t, struct mill_tally_progress *at)
 {
     const uint64_t n = t->batches.at.batches, period = t->batches.at.period, length = t->at.length;
-    const struct mill_precision_set set = set_of(t);
+    struct mill_precision_set set = {.count = t->starts};
     uint64_t from = 0;
+    for (int s = 0; s < t->starts; s++)
+        set.of[s] = &t->start[s]->batches;
     const bool found =
-        t->search && (t->precision > 0 || (period > 0 && n >= MILL_TALLY_TURNS * period));
+        t->search && (t->asked.precision > 0 || (period > 0 && n >= MILL_TALLY_TURNS * period));
     at->settled = true;
     if (found)
         from = (mill_precision_cut(&set, &at->settled) + length - 1) / length * length;
@@ -162,8 +148,7 @@ static void add_starts(struct mill_tally_results *r)
 {
     const struct mill_tally *first = r->tally;
     const uint64_t batches = first->batches.at.batches;
-    struct mill_account begin = {0}, end = {0};
-    r->late = begin;
+    r->at.at_begin = r->at.at_end = r->late = (struct mill_account){0};
     for (int s = 0; s < first->starts; s++) {
         const struct mill_tally *t = first->start[s];
         const struct mill_account *at = t->batches.accounts;
@@ -171,8 +156,8 @@ static void add_starts(struct mill_tally_results *r)
         const struct mill_account *then = !t->at.open ? now
                                           : t->search ? &at[r->from]
                                                       : &t->at.at_begin;
-        mill_world_add_account(&begin, then);
-        mill_world_add_account(&end, now);
+        mill_world_add_account(&r->at.at_begin, then);
+        mill_world_add_account(&r->at.at_end, now);
         mill_world_add_account(&r->late,
                                t->at.open ? &at[r->from + 9 * (batches - r->from) / 10] : now);
         const uint64_t portions = t->search ? t->at.portions : 0;
@@ -180,8 +165,6 @@ static void add_starts(struct mill_tally_results *r)
         for (uint64_t i = portions > 0 ? r->from / t->at.length : 0; i < portions; i++)
             mill_gathered_add(&r->sums, &t->portion[i]);
     }
-    r->at.at_begin = begin;
-    r->at.at_end = end;
 }
 
 /* Without an error a number says how it is not known; with a wrong one it misleads. */
@@ -193,9 +176,9 @@ static void doubt(struct mill_tally_results *r)
     const bool rests = r->world->soft.on || !(share > 0) || share > MILL_TALLY_RESTING;
     const bool moves = r->world->container.motion && rests;
     const bool few = r->tally->starts < MILL_SPREAD_SEVERAL;
-    r->doubt = few && moves    ? r->tally->starts > 1 ? MILL_TALLY_FEW_STARTS
-                                 : r->tally->several  ? MILL_TALLY_FIRST_OF_ALL
-                                                      : MILL_TALLY_ONE_START
+    r->doubt = few && moves    ? r->tally->starts > 1         ? MILL_TALLY_FEW_STARTS
+                                 : r->tally->asked.starts > 1 ? MILL_TALLY_FIRST_OF_ALL
+                                                              : MILL_TALLY_ONE_START
                : known->drifts ? MILL_TALLY_DRIFTS
                                : MILL_TALLY_KNOWN;
     if (r->doubt == MILL_TALLY_KNOWN)
@@ -236,8 +219,8 @@ enum mill_status mill_tally_results_make(const struct mill_tally *tally,
     sum_account(r);
     sum_hard(r);
     doubt(r);
-    r->reached = tally->precision > 0 && r->at.settled &&
-                 mill_precision_reached(&r->at.known, tally->precision);
+    r->reached = tally->asked.precision > 0 && r->at.settled &&
+                 mill_precision_reached(&r->at.known, tally->asked.precision);
     return MILL_OK;
 }
 

@@ -31,19 +31,6 @@ static void tell_bins(struct mill_sink *sink, const struct mill_spectrum *spectr
     sink->attribute(sink, "overflow", sum->type, 0, below + (MILL_SPECTRUM_SLOTS - 1) * sum->step);
 }
 
-static void tell_histogram(struct mill_sink *sink, const struct mill_spectrum_grid *grid,
-                           const struct mill_spectrum *spectrum)
-{
-    sink->open(sink, "histogram");
-    sink->again(sink, "edges", MILL_SPECTRUM_BINS + 1, grid->edge, "m s-1",
-                "edges of the bins, 20^(k/152) m/s with k = -760..380; bin i is edges[i] <= v < "
-                "edges[i+1]");
-    tell_bins(sink, spectrum, MILL_SPECTRUM_COUNT);
-    tell_bins(sink, spectrum, MILL_SPECTRUM_DISSIPATION);
-    mill_tell_part(sink);
-    sink->close(sink);
-}
-
 static void tell_speed(struct mill_sink *sink, const char *name,
                        const struct mill_spectrum_grid *grid, const struct mill_tally_speed *speed,
                        const struct mill_spectrum *spectrum)
@@ -55,8 +42,16 @@ static void tell_speed(struct mill_sink *sink, const char *name,
         if (sink->full && speed_of[k].n > 0)
             sink->attribute(sink, "levels", MILL_H5_F64, MILL_TALLY_LEVELS, mill_tally_level);
     }
-    if (sink->full)
-        tell_histogram(sink, grid, spectrum);
+    if (sink->full) {
+        sink->open(sink, "histogram");
+        sink->again(sink, "edges", MILL_SPECTRUM_BINS + 1, grid->edge, "m s-1",
+                    "edges of the bins, 20^(k/152) m/s with k = -760..380; bin i is edges[i] <= v "
+                    "< edges[i+1]");
+        tell_bins(sink, spectrum, MILL_SPECTRUM_COUNT);
+        tell_bins(sink, spectrum, MILL_SPECTRUM_DISSIPATION);
+        mill_tell_part(sink);
+        sink->close(sink);
+    }
     sink->close(sink);
 }
 
@@ -105,24 +100,19 @@ static void tell_motion(struct mill_sink *sink, const struct mill_precision_know
     }
 }
 
-/* If there are other motions too, it is not known which of them pressed the balls. */
-static void tell_rotor(struct mill_sink *sink, const struct mill_tally_results *r)
-{
-    if (r->world->rotor < 0)
-        return;
-    sink->open(sink, "rotor");
-    tell_motion(sink, &r->at.known, r->world->rotor, true);
-    mill_tell_number(sink, "pinch_power", r->world->motions == 1 ? r->pinch_power : (double)NAN,
-                     "W",
-                     "of it: work on balls pressed between a blade and others / duration; NaN: not "
-                     "known, as other motions press balls too");
-    sink->close(sink);
-}
-
-/* Writes the results of each motion, and of all together. */
+/* Writes the results of a rotor, of each motion, and of all together. */
 static void tell_motions(struct mill_sink *sink, const struct mill_tally_results *r)
 {
     const struct mill_precision_known *known = &r->at.known;
+    if (r->world->rotor >= 0) {
+        sink->open(sink, "rotor");
+        tell_motion(sink, known, r->world->rotor, true);
+        mill_tell_number(sink, "pinch_power", r->world->motions == 1 ? r->pinch_power : (double)NAN,
+                         "W",
+                         "of it: work on balls pressed between a blade and others / duration; NaN: "
+                         "not known, as other motions press balls too");
+        sink->close(sink);
+    }
     sink->open(sink, "motions");
     for (int k = 0; k < r->world->motions; k++) {
         sink->open(sink, r->world->motion_name[k]);
@@ -164,41 +154,40 @@ static void tell_means(struct mill_sink *sink, const char *name,
     sink->close(sink);
 }
 
-/* Writes a rate of the account: of each kind and of all together, or of the whole mill. */
-static void tell_rate(struct mill_sink *sink, const struct mill_tally_results *r, int which)
+/* Writes a row of a rate. */
+typedef void tell_row(struct mill_sink *sink, const struct mill_tally_results *r, const char *name,
+                      const struct mill_precision_rate *rate, int row);
+
+static void tell_mean(struct mill_sink *sink, const struct mill_tally_results *r, const char *name,
+                      const struct mill_precision_rate *rate, int row)
 {
-    const struct mill_precision_rate *rate = &mill_precision_rates[which];
-    const bool kinds = rate->each == MILL_PRECISION_KIND;
-    if (kinds)
-        sink->open(sink, rate->name);
-    for (int n = 0; n <= (kinds ? r->kinds.count : 0); n++)
-        tell_means(sink, kinds ? r->kinds.name[n] : rate->name,
-                   mill_precision_of(&r->at.known, rate, kinds ? r->kinds.kind[n] : 0), rate->width,
-                   rate->unit, rate->meaning);
-    if (kinds)
-        sink->close(sink);
+    tell_means(sink, name, mill_precision_of(&r->at.known, rate, row), rate->width, rate->unit,
+               rate->meaning);
 }
 
-static void tell_asked(struct mill_sink *sink, const struct mill_tally_results *r)
+/* Writes a rate: of the mill, of each motion, or of each kind and of all together. */
+static void tell_rate(struct mill_sink *sink, const struct mill_tally_results *r, int which,
+                      tell_row *tell)
 {
-    mill_tell_number(sink, "warm_up", r->begin, "s",
-                     "time before the window, cut off: by MSER-5, or given as run.sample_from");
-    mill_tell_count(sink, "settled", r->at.settled,
-                    "1: the start-up is over; 0: the best cut might lie in the second half of the "
-                    "run, or the run is too short to tell");
-    if (r->tally->precision == 0)
-        return;
-    mill_tell_number(sink, "asked", r->tally->precision, "1", "run.precision");
-    mill_tell_count(sink, "reached", r->reached,
-                    "1: settled, and the standard errors of median_above_floor and drive_power "
-                    "are at most `asked` times their values (the power's only if the motions do "
-                    "any work)");
+    const struct mill_precision_rate *rate = &mill_precision_rates[which];
+    const bool one = rate->each == MILL_PRECISION_ONE, kinds = rate->each == MILL_PRECISION_KIND;
+    if (!one)
+        sink->open(sink, rate->name);
+    for (int n = 0; n < (one ? 1 : kinds ? r->kinds.count + 1 : r->world->motions); n++)
+        tell(sink, r,
+             one     ? rate->name
+             : kinds ? r->kinds.name[n]
+                     : r->world->motion_name[n],
+             rate, kinds ? r->kinds.kind[n] : n);
+    if (!one)
+        sink->close(sink);
 }
 
 static void tell_precision(struct mill_sink *sink, const struct mill_tally_results *r)
 {
     const struct mill_precision_known *known = &r->at.known;
     const int rotor = r->world->rotor;
+    const double asked = r->tally->asked.precision;
     static const char *const doubt[] = {
         [MILL_TALLY_KNOWN] = "none",
         [MILL_TALLY_ONE_START] = "one start",
@@ -213,7 +202,7 @@ static void tell_precision(struct mill_sink *sink, const struct mill_tally_resul
     tell_means(sink, "median", &known->median, 1, "m s-1", "median normal speed of all impacts");
     tell_means(sink, "median_above_floor", &known->median_fast, 1, "m s-1",
                "median normal speed of the impacts from above_floor on");
-    tell_rate(sink, r, MILL_PRECISION_DRIVE);
+    tell_rate(sink, r, MILL_PRECISION_DRIVE, tell_mean);
     if (rotor >= 0) {
         tell_means(sink, "rotor_power", &known->motion_power[rotor], 1, "W",
                    "mean power of the rotor on the balls");
@@ -221,7 +210,7 @@ static void tell_precision(struct mill_sink *sink, const struct mill_tally_resul
                    "mean torque of the rotor on the balls about +x");
     }
     for (int which = MILL_PRECISION_RATE; which < MILL_PRECISION_RATES; which++)
-        tell_rate(sink, r, which);
+        tell_rate(sink, r, which, tell_mean);
     tell_means(sink, "hard_rate", &r->hard, 1, "s-1",
                "impacts per second of /statistics/hard_energy or more");
     tell_means(sink, "hard_per_joule", &r->hard_per_joule, 1, "J-1",
@@ -229,8 +218,20 @@ static void tell_precision(struct mill_sink *sink, const struct mill_tally_resul
                "per power lost in impacts");
     mill_tell_number(sink, "batch", r->tally->batches.at.batch, "s", "length of a batch");
     mill_tell_count(sink, "batches", known->batches, "whole batches within the window");
-    if (r->tally->precision > 0 || r->tally->search)
-        tell_asked(sink, r);
+    if (asked > 0 || r->tally->search) {
+        mill_tell_number(sink, "warm_up", r->begin, "s",
+                         "time before the window, cut off: by MSER-5, or given as run.sample_from");
+        mill_tell_count(sink, "settled", r->at.settled,
+                        "1: the start-up is over; 0: the best cut might lie in the second half of "
+                        "the run, or the run is too short to tell");
+    }
+    if (asked > 0) {
+        mill_tell_number(sink, "asked", asked, "1", "run.precision");
+        mill_tell_count(sink, "reached", r->reached,
+                        "1: settled, and the standard errors of median_above_floor and drive_power "
+                        "are at most `asked` times their values (the power's only if the motions "
+                        "do any work)");
+    }
     sink->close(sink);
 }
 
@@ -241,52 +242,46 @@ static void tell_each(struct mill_sink *sink, const struct mill_tally_results *r
 {
     const struct mill_tally *t = r->tally;
     const size_t dims[2] = {(size_t)t->starts, rate->width};
-    double *value = mill_sink_room(sink, dims[0] * rate->width, sizeof *value);
-    for (size_t i = 0; value && i < dims[0] * rate->width; i++)
+    double value[MILL_PRECISION_STARTS * MILL_WORLD_FAST];
+    for (size_t i = 0; i < dims[0] * rate->width; i++)
         value[i] = mill_precision_one(&t->start[i / rate->width]->batches, r->from,
                                       t->batches.at.batches, rate, row, i % rate->width);
-    if (value)
-        sink->values(sink, name, MILL_H5_F64, rate->width > 1 ? 2 : 1, dims, value, rate->unit,
-                     rate->meaning);
-    if (value && rate->width > 1)
+    sink->values(sink, name, MILL_H5_F64, rate->width > 1 ? 2 : 1, dims, value, rate->unit,
+                 rate->meaning);
+    if (rate->width > 1)
         sink->attribute(sink, "thresholds", MILL_H5_F64, MILL_WORLD_FAST, mill_world_fast);
-    free(value);
 }
 
 /* Mean energies of each start in its window, and its impacts by speed */
 static void tell_gathered(struct mill_sink *sink, const struct mill_tally_results *r)
 {
     const size_t n = (size_t)r->tally->starts, dims[2] = {n, MILL_SPECTRUM_SLOTS};
-    uint64_t *seed = mill_sink_room(sink, n, sizeof *seed);
+    uint64_t seed[MILL_PRECISION_STARTS];
     uint64_t *speeds = mill_sink_room(sink, n * MILL_SPECTRUM_SLOTS, sizeof *speeds);
-    double *energy = mill_sink_room(sink, 2 * n, sizeof *energy);
-    for (size_t k = 0; seed && speeds && energy && k < n; k++) {
+    double kinetic[MILL_PRECISION_STARTS], rotational[MILL_PRECISION_STARTS];
+    for (size_t k = 0; speeds && k < n; k++) {
         const struct mill_tally *t = r->tally->start[k];
         const uint64_t portions = t->search ? t->at.portions : 0;
         struct mill_gathered_counts sum = *t->gathered.counts;
-        for (uint64_t i = portions > 0 ? r->from / t->at.length : 0; i < portions; i++) {
-            sum.samples += t->portion[i].counts->samples;
-            sum.kinetic += t->portion[i].counts->kinetic;
-            sum.rotational += t->portion[i].counts->rotational;
-        }
+        for (uint64_t i = portions > 0 ? r->from / t->at.length : 0; i < portions; i++)
+            mill_sums_add_records(r->sums.part[MILL_GATHERED_COUNTS].list, 1, &sum,
+                                  t->portion[i].counts);
         seed[k] = t->seed;
-        energy[k] = sum.kinetic / (double)sum.samples;
-        energy[n + k] = sum.rotational / (double)sum.samples;
+        kinetic[k] = sum.kinetic / (double)sum.samples;
+        rotational[k] = sum.rotational / (double)sum.samples;
         for (uint64_t b = r->from; b < t->batches.at.batches; b++)
             for (int i = 0; i < MILL_SPECTRUM_SLOTS; i++)
                 speeds[k * MILL_SPECTRUM_SLOTS + (size_t)i] += t->batches.counts[b][i];
     }
-    if (seed && speeds && energy) {
+    if (speeds) {
         sink->values(sink, "seed", MILL_H5_U64, 1, dims, seed, "1", "run.seed of each start");
-        mill_tell_array(sink, "kinetic_energy", n, energy, "J", "mean over the window");
-        mill_tell_array(sink, "rotational_energy", n, energy + n, "J", "mean over the window");
+        mill_tell_array(sink, "kinetic_energy", n, kinetic, "J", "mean over the window");
+        mill_tell_array(sink, "rotational_energy", n, rotational, "J", "mean over the window");
         sink->values(sink, "speeds", MILL_H5_U64, 2, dims, speeds, "1",
                      "impacts of all kinds by normal speed: below the edges of a histogram of "
                      "speeds, in its bins, above them");
     }
-    free(seed);
     free(speeds);
-    free(energy);
 }
 
 /* Writes what errors of any sum or quotient can be computed from again. */
@@ -300,21 +295,8 @@ static void tell_starts(struct mill_sink *sink, const struct mill_tally_results 
     mill_tell_number(sink, "end", batches->origin + (double)batches->at.batches * batches->at.batch,
                      "s", "of its last whole batch: values of starts are up to here");
     tell_gathered(sink, r);
-    for (int i = 0; i < MILL_PRECISION_RATES; i++) {
-        const struct mill_precision_rate *rate = &mill_precision_rates[i];
-        const bool one = rate->each == MILL_PRECISION_ONE,
-                   of_kind = rate->each == MILL_PRECISION_KIND;
-        if (!one)
-            sink->open(sink, rate->name);
-        for (int n = 0; n < (one ? 1 : of_kind ? r->kinds.count + 1 : r->world->motions); n++)
-            tell_each(sink, r,
-                      one       ? rate->name
-                      : of_kind ? r->kinds.name[n]
-                                : r->world->motion_name[n],
-                      rate, of_kind ? r->kinds.kind[n] : n);
-        if (!one)
-            sink->close(sink);
-    }
+    for (int which = 0; which < MILL_PRECISION_RATES; which++)
+        tell_rate(sink, r, which, tell_each);
     sink->close(sink);
 }
 
@@ -337,7 +319,7 @@ void mill_tally_results_tell(const struct mill_tally_results *r, struct mill_sin
     mill_tell_number(sink, "strike_window", r->tally->pairs.window, "s",
                      "impacts of a pair within this time are one strike");
     mill_tell_number(sink, "hard_energy", r->is_hard.energy, "J",
-                     isnan(r->tally->hard)
+                     isnan(r->tally->asked.hard)
                          ? "above it falls half of the energy that impacts lose; such impacts are "
                            "hard"
                          : "impacts of this energy or more are hard");
@@ -366,9 +348,8 @@ void mill_tally_results_tell(const struct mill_tally_results *r, struct mill_sin
         mill_maps_tell(&plan->maps, &sums->part[MILL_GATHERED_HITS], sums->flow,
                        sums->counts->samples, sink);
         if (!sink->part) /* another program's run: the surfaces that balls met are not known */
-            mill_wear_tell(&plan->wear, sums->wear, r->duration, r->tally->law, sink);
+            mill_wear_tell(&plan->wear, sums->wear, r->duration, r->tally->asked.wear, sink);
     }
-    tell_rotor(sink, r);
     tell_motions(sink, r);
     tell_precision(sink, r);
     sink->close(sink);
