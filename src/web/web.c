@@ -27,7 +27,8 @@ struct mill {
     struct mill_world *world;
     struct mill_sim *sim;
     struct mill_observer *tally;
-    char *set; /* /set: the deck points into it */
+    char *set;  /* /set: the deck points into it */
+    bool known; /* as well as run.precision asks, when results were last told */
 };
 static struct mill now; /* the present one */
 
@@ -159,11 +160,13 @@ DOOR(mill_web_run) enum mill_status mill_web_run(double until, double events)
 {
     struct mill_error error = {""};
     const double end = fmin(until, now.deck->observe.end);
-    const enum mill_status status = mill_sim_run(now.sim, end, (uint64_t)events, NULL, &error);
+    const enum mill_status status =
+        now.known ? MILL_OK : mill_sim_run(now.sim, end, (uint64_t)events, NULL, &error);
     begin_text();
     say(error.text);
     end_text(status);
-    const bool over = status == MILL_OK && mill_sim_time(now.sim) >= now.deck->observe.end;
+    const bool there = now.known || mill_sim_time(now.sim) >= now.deck->observe.end;
+    const bool over = status == MILL_OK && there;
     return over ? MILL_ENDED : status;
 }
 
@@ -270,6 +273,7 @@ DOOR(mill_web_results) enum mill_status mill_web_results(void)
         out ? mill_tally_results_make(tally, now.world, t, &results, &error) : MILL_FAILED;
     if (status != MILL_OK)
         return end_text(status);
+    now.known = results->reached;
     mill_sink_json_begin(&json, out);
     mill_tell_number(&json.sink, "sample_from", results->begin, "s", "");
     mill_tell_count(&json.sink, "settled", results->at.settled, "");

@@ -21,7 +21,7 @@ enum mill_status mill_web_load(void);
 const char *mill_web_text(void);
 
 /* Goes on until the simulated time `until` [s], or for a number of events. MILL_ENDED: the
- * time of the run is over. */
+ * time of the run is over, or the results that were told last are as precise as the deck asks. */
 enum mill_status mill_web_run(double until, double events);
 
 /* [s] simulated time */

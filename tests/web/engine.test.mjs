@@ -76,6 +76,16 @@ test('the power of a planetary mill is that of the program, and goes where it is
   assert.deepEqual(kinds.map((kind) => spectrum.count[kind].reduce((a, b) => a + b)), kinds.map((kind) => statistics.impacts[kind].count));
 });
 
+test('a run ends when its results are as precise as the deck asks', () => {
+  engine.load(text('planetary'), ['run.precision=20 %', 'run.time=100 s']);
+  let ended = false;
+  for (let time = 0.25; time < 20 && !ended; time += 0.25) {
+    ended = engine.run(time, 1e7);
+    engine.results();
+  }
+  assert.ok(ended && engine.state().time < 20);
+});
+
 test('the notes are those of the summary', () => {
   const soft = ['contact.restitution=0.4'], { notes } = native(SMALL, soft);
   assert.ok(notes.some((note) => note.includes('hard spheres have been compared')));
