@@ -15,7 +15,7 @@ MILLS = {1000: (0.3, 1.5, 8), 300: (0.8, 3.0, 6)}
 MEANS = {
     "rotor_power": ("mean power of the rotor", "rotor/power"),
     "median_above_floor": (
-        "median v_n above 50 mm/s",
+        "median v_n above the floor",
         "impacts/all/normal_speed/median_above_floor",
     ),
 }
