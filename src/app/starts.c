@@ -235,15 +235,24 @@ bool mill_starts_extend(struct mill_starts *s)
     if (!(wanted > 0))
         return false;
     mill_starts_join(s);
-    const uint64_t from = mill_tally_window(first, &first->at);
-    const struct mill_precision_known *known = &first->at.known;
-    plan->known = first->at.settled && mill_precision_reached(known, wanted);
+    struct mill_tally_results *results;
+    struct mill_error error;
+    if (mill_tally_results_make(first, first->world, mill_sim_local_time(s->one[0].sim), &results,
+                                &error) != MILL_OK)
+        return false; /* out of memory: the run ends with what is known */
+    const uint64_t from = results->from;
+    first->at.known = results->at.known;
+    first->at.settled = results->at.settled;
+    plan->known = results->reached;
+    mill_tally_results_free(results);
     if (plan->known) {
         first->at.ended = MILL_TALLY_PRECISION;
         return false;
     }
+    const struct mill_precision_known *known = &first->at.known;
     const double power = known->idle ? 0 : known->drive.error / fabs(known->drive.value);
-    const double off = fmax(power, known->median_fast.error / known->median_fast.value) / wanted;
+    const double median = known->slips ? 0 : known->median_fast.error / known->median_fast.value;
+    const double off = isnan(power + median) ? (double)INFINITY : fmax(power, median) / wanted;
     const double origin = first->batches.origin, batch = first->batches.at.batch;
     const double begin = origin + (double)from * batch;
     /* Pieces may still be shorter than what the mill remembers, so that starts seem to be apart:

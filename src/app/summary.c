@@ -61,9 +61,10 @@ static void print_end(const struct mill_summary *s)
         fprintf(s->out, "run.time = %s reached", time);
     if (r->tally->asked.precision > 0)
         fprintf(s->out, ": %s",
-                r->at.settled && r->at.known.enough ? say_known(&r->at.known)
-                : r->at.settled ? "too short to know the errors of median and power"
-                                : "the start-up is not over, so neither error is known");
+                r->doubt != MILL_TALLY_KNOWN ? "no errors are known"
+                : !r->at.settled             ? "the start-up may not be over"
+                : r->at.known.enough         ? say_known(&r->at.known)
+                                             : "too short for errors of median and power");
     if (r->tally->asked.precision > 0 && !r->reached)
         fprintf(s->out, "; requested: %.2g %%", 100 * r->tally->asked.precision);
     fputc('\n', s->out);
@@ -88,10 +89,10 @@ static void print_drive(const struct mill_summary *s)
                       mill_summary_text_mean(&known->drive, "W"),
                       mill_summary_text_mean(&specific, "W/kg"));
     if (isnan(known->drive.error) && r->doubt == MILL_TALLY_KNOWN) {
-        mill_summary_line(s->out, "", "(its error is not known: %.3g %ss", times,
-                          rotor ? "revolution" : "period");
-        if (times < MILL_PRECISION_PERIODS)
-            fprintf(s->out, ", %d needed", MILL_PRECISION_PERIODS);
+        mill_summary_line(s->out, "", "(its error is not known: %.3g %s%s", times,
+                          rotor ? "revolution" : "period", fabs(times - 1) < 5e-3 ? "" : "s");
+        if (times < MILL_SPREAD_PERIODS)
+            fprintf(s->out, ", %d needed", MILL_SPREAD_PERIODS);
         fprintf(s->out, ")\n");
     }
     if (rotor || (world->motions == 1 && !isnan(known->motion_torque[0].value)))
@@ -152,7 +153,7 @@ static const char *text_rate(const struct mill_spread_mean *rate, double time)
 {
     const double count = rate->value * time;
     return count > 0.5 && count < MILL_SPREAD_SEEN - 0.5
-               ? mill_summary_text("%.0f seen in %s:", count, mill_summary_text_si(time, "s"))
+               ? mill_summary_text("%.0f seen in %s,", count, mill_summary_text_si(time, "s"))
                : mill_summary_text_mean(rate, "/s");
 }
 

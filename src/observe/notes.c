@@ -269,7 +269,7 @@ static void judge_start(struct mill_notes *notes, const struct mill_tally_result
             "so the charge may keep its first arrangement for ever, and other starts differ. Run "
             "several: run.starts = 8.",
         [MILL_TALLY_FIRST_OF_ALL] =
-            "results are of the first start alone, without errors, because the run was stopped "
+            "results are of the first starts alone, without errors, because the run was stopped "
             "when the others were not as far: --resume goes on with all.",
         [MILL_TALLY_FEW_STARTS] =
             "the scatter of fewer than 4 starts gives no errors: run.starts = 8.",

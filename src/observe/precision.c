@@ -323,7 +323,6 @@ uint64_t mill_precision_cut(const struct mill_precision_set *set, bool *settled)
     double power[MILL_PRECISION_BATCHES] = {0}, below[MILL_PRECISION_BATCHES] = {0};
     struct mill_spectrum sum = {0};
     const uint64_t n = set->of[0]->at.batches;
-    const bool several = set->count >= MILL_SPREAD_SEVERAL;
     const struct mill_spectrum_place place = find_median(set, n / 2, set->of[0]->fast, &sum);
     for (int s = 0; s < set->count; s++)
         for (uint64_t k = 0; k < n; k++) {
@@ -333,8 +332,8 @@ uint64_t mill_precision_cut(const struct mill_precision_set *set, bool *settled)
         }
     const uint64_t of_power = mill_spread_mser(power, n), of_median = mill_spread_mser(below, n);
     const uint64_t found = of_power > of_median ? of_power : of_median;
-    uint64_t cut = several ? 2 * found : found;
-    *settled = (several || n >= MILL_SPREAD_FEWEST) && 2 * found <= n;
+    uint64_t cut = set->count >= MILL_SPREAD_SEVERAL ? 2 * found : found;
+    *settled = n >= MILL_SPREAD_FEWEST && 2 * found <= n;
     cut = cut < n / 2 ? cut : n / 2;
     for (uint64_t later = 2; later <= 8 && drifts(set, cut, SURE); later += later < 4 ? 1 : 2)
         cut = cut > later * n / 16 ? cut : later * n / 16;
@@ -348,7 +347,7 @@ struct mill_precision_known mill_precision_tell(const struct mill_precision_set 
     struct mill_precision_known known = {.batches = p->at.batches - from};
     known.idle = now->work_gross <= rounding * now->incident;
     known.enough = known.batches >= MILL_SPREAD_FEWEST &&
-                   (known.idle || known.batches >= MILL_PRECISION_PERIODS * p->at.period);
+                   (known.idle || known.batches >= MILL_SPREAD_PERIODS * p->at.period);
     known.drifts = drifts(set, from, REFUSED);
     known.median = tell_median(set, from, 0, &known.slips);
     known.median_fast = tell_median(set, from, p->fast, &known.slips);

@@ -16,7 +16,6 @@ enum {
     MILL_PRECISION_BATCHES = MILL_SPREAD_MOST, /* maximum number */
     /* the same of each of several starts; portions of 48, 64 or 96 batches fit into it */
     MILL_PRECISION_FEWER = 384,
-    MILL_PRECISION_PERIODS = 3, /* periods of the motions that an error needs */
     MILL_PRECISION_STARTS = 64, /* maximum number of starts of a run */
     /* one for each kind of the mill, then all kinds together */
     MILL_PRECISION_ROWS = MILL_KINDS_MOST + 1

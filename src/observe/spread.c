@@ -97,9 +97,10 @@ struct mill_spread_mean mill_spread_mean(const double *x, struct mill_spread_of 
     if (n == 1)
         return mean;
     mean = (struct mill_spread_mean){mean.value, NAN, 0};
-    if (n < MILL_SPREAD_FEWEST || of.starts >= MILL_SPREAD_SEVERAL)
+    if (n < MILL_SPREAD_FEWEST || n < MILL_SPREAD_PERIODS * of.period ||
+        of.starts >= MILL_SPREAD_SEVERAL)
         return mean;
-    const bool repeats = of.period > 1 && n / of.period >= 2;
+    const bool repeats = of.period > 1;
     for (size_t s = 0; s < of.starts; s++, x += n) {
         const double own = mean_of(x, n).value;
         shift += remove_phases(x, n, repeats ? of.period : 1, rest) / (double)of.starts;

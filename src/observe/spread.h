@@ -10,6 +10,7 @@ enum {
     MILL_SPREAD_MOST = 1152, /* values of a series */
     MILL_SPREAD_PIECES = 8,  /* of a series */
     MILL_SPREAD_FEWEST = 36, /* values of a series that an error needs */
+    MILL_SPREAD_PERIODS = 3, /* of what repeats in a series, the same */
     MILL_SPREAD_SEVERAL = 4, /* independent values that an error needs */
     MILL_SPREAD_SEEN = 10    /* impacts; of fewer, only the number is known */
 };

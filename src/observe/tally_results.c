@@ -175,13 +175,13 @@ static void doubt(struct mill_tally_results *r)
     const double share = r->floor_share[r->all];
     const bool rests = r->world->soft.on || !(share > 0) || share > MILL_TALLY_RESTING;
     const bool moves = r->world->container.motion && rests;
-    const bool few = r->tally->starts < MILL_SPREAD_SEVERAL;
-    r->doubt = few && moves    ? r->tally->starts > 1         ? MILL_TALLY_FEW_STARTS
-                                 : r->tally->asked.starts > 1 ? MILL_TALLY_FIRST_OF_ALL
-                                                              : MILL_TALLY_ONE_START
-               : known->drifts ? MILL_TALLY_DRIFTS
-                               : MILL_TALLY_KNOWN;
-    if (r->doubt == MILL_TALLY_KNOWN)
+    const int starts = r->tally->starts;
+    r->doubt = starts < r->tally->asked.starts         ? MILL_TALLY_FIRST_OF_ALL
+               : moves && starts == 1                  ? MILL_TALLY_ONE_START
+               : moves && starts < MILL_SPREAD_SEVERAL ? MILL_TALLY_FEW_STARTS
+               : known->drifts                         ? MILL_TALLY_DRIFTS
+                                                       : MILL_TALLY_KNOWN;
+    if (r->doubt == MILL_TALLY_KNOWN && r->at.open)
         return;
     r->hard = (struct mill_spread_mean){r->hard.value, NAN, 0};
     r->hard_per_joule = (struct mill_spread_mean){r->hard_per_joule.value, NAN, 0};

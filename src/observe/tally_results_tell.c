@@ -95,8 +95,7 @@ static void tell_motion(struct mill_sink *sink, const struct mill_precision_know
         snprintf(name, sizeof name, "%s_error", rate->name);
         mill_tell_number(sink, rate->name, mean->value, rate->unit,
                          rotor ? of_rotor[i] : rate->meaning);
-        mill_tell_number(sink, name, mean->error, rate->unit,
-                         rotor ? error : "its standard error, from batches of the motions' period");
+        mill_tell_number(sink, name, mean->error, rate->unit, error);
     }
 }
 
@@ -230,7 +229,7 @@ static void tell_precision(struct mill_sink *sink, const struct mill_tally_resul
         mill_tell_count(sink, "reached", r->reached,
                         "1: settled, and the standard errors of median_above_floor and drive_power "
                         "are at most `asked` times their values (the power's only if the motions "
-                        "do any work)");
+                        "do any work, the median's unless it is of rare slips)");
     }
     sink->close(sink);
 }

@@ -215,6 +215,25 @@ def test_three_starts_have_means_and_no_errors_where_balls_rest(run):
     assert "the scatter of fewer than 4 starts gives no errors: run.starts = 8." in found["notes"]
 
 
+def test_no_precision_is_reached_where_errors_are_not_known(run):
+    """Two starts of a heap: no error, so the run goes on to its time."""
+    found = run(HEAP.replace("time = 0.6 s", "time = 2 s"), "mill.h5", "run.precision=20 %", "run.starts=2")
+    known = found["statistics"]["precision"]
+    assert found["run"]["ended_by"] == "time" and found["time"] == 2
+    assert known["doubt"] == "few starts" and known["reached"] == 0
+
+
+def test_a_run_that_is_stopped_before_its_starts_are_as_far_gives_no_errors_and_says_why(run, tmp_path):
+    text = SHAKEN.replace("time = 1 s", "time = 300 s")
+    (tmp_path / "mill.ini").write_text(text)
+    words = [PROGRAM, "-q", "-s", "run.threads=1", "-s", "run.starts=2", "mill.ini"]
+    with subprocess.Popen(words, cwd=tmp_path, stdout=subprocess.PIPE, text=True) as cut:
+        time.sleep(1)
+        cut.send_signal(signal.SIGINT)
+        said = " ".join(cut.communicate()[0].split())
+    assert "results are of the first starts alone, without errors" in said and "--resume goes on with all" in said
+
+
 def test_the_errors_of_a_few_starts_come_from_eight_pieces_of_each_where_balls_mix(run, tmp_path):
     found = run(SHAKEN, "mill.h5", "run.starts=3", "run.time=4 s")["statistics"]["precision"]
     assert found["drive_power"]["degrees_of_freedom"] == 23 and found["doubt"] == "none"

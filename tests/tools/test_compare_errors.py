@@ -462,7 +462,7 @@ def test_strikes_are_alike_if_their_window_is_about_the_duration_of_a_contact(so
 def test_windows_that_differ_are_told(begin, duration, differ):
     def side(letter, begin, duration):
         run = SimpleNamespace(
-            path="a.h5", window=(begin, 2), duration=duration, status="complete", notes=[], steady=True,
+            path="a.h5", window=(begin, begin + duration), duration=duration, status="complete", notes=[], steady=True,
             program="millsim", deck=dict, strike_window=math.nan, contact_duration=math.nan,
         )  # fmt: skip
         return SimpleNamespace(letter=letter, first=run, runs=[run], soft=False)

@@ -162,7 +162,6 @@ def test_an_error_of_a_sum_is_the_error_that_the_engine_computes(run):
         ([-1, 1] * 18, 0, 1),
         (range(37), 0, 1),
         ([1] * 12 + [-1] * 12 + [1] * 12 + [-1] * 12, 12, 0.75),
-        ([2, 2, 1, 0, 0, 1] * 6, 24, 1),  # fewer than two periods are none
         (range(36), 1, 1),
     ],
 )
@@ -189,10 +188,17 @@ def test_the_error_of_starts_is_their_scatter_with_students_t():
     assert (error, freedom) == (pytest.approx(wanted, rel=1e-3), 4)
 
 
-@pytest.mark.parametrize("n, period", [(35, 0), (35, 12), (3, sums.APART)])
+@pytest.mark.parametrize("n, period", [(35, 0), (35, 12), (71, 24), (3, sums.APART)])
 def test_too_few_blocks_or_starts_have_no_error(n, period):
     error, freedom = sums.spread(np.arange(n) * 1.0, period)
     assert math.isnan(error) and freedom == 0
+
+
+def test_what_few_starts_have_seen_has_no_error_also_per_joule(run):
+    for series, known in (([53.0, 0, 17, 0], False), ([53.0, 40, 47, 50], True)):
+        hard = sums.Sum(30.0, np.array(series), sums.APART, 1.0, 100)
+        lost = sums.Sum(5.0, np.array([5.0, 5.1, 4.9, 5.0]), sums.APART, 0.1)
+        assert math.isfinite(hard.error) == math.isfinite(hard.over(lost)[1]) == known
 
 
 def test_a_ratio_of_equal_sums_has_no_error(run):

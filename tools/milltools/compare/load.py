@@ -61,7 +61,7 @@ class Sampled(Run):
         else:
             self.bounds = np.array([first, last])
             self.cut = "no blocks: too few rows of the time series"
-        self.cut = f"{self.starts} starts" if self.starts > 1 else self.cut
+        self.cut = f"{self.starts} starts" if self.starts >= sums.SEVERAL else self.cut
         self.blocks = len(self.bounds) - 1
 
     def series(self, name: str):

@@ -358,7 +358,7 @@ def compare(a: Side, b: Side) -> Comparison:
     steady = a.steady and b.steady
     identical = len(a.runs) == len(b.runs) and all(x.same_data(y) for x, y in zip(a.runs, b.runs))
     kinds = tuple(dict.fromkeys(kind for side in (a, b) for kind in side.first.kinds))
-    unknown = "error unknown: too few blocks or frames"
+    unknown = "error unknown: too few blocks, frames or impacts"
     if not steady:
         several = any(len(side.runs) > 1 for side in (a, b))
         unknown = "error unknown: " + ("too few replicates" if several else "not steady, no replicates")
@@ -468,7 +468,7 @@ def notes(sides: list[Side], tables: list[Comparison]) -> list[str]:
 
 def warnings(sides: list[Side]) -> list[str]:
     said = []
-    a, begin, duration = sides[0], sides[0].first.window[0], sides[0].first.duration
+    a, (begin, end) = sides[0], sides[0].first.window
     for side in sides:
         for run in side.runs:
             who = f"{side.letter} ({run.path})"
@@ -478,7 +478,8 @@ def warnings(sides: list[Side]) -> list[str]:
             if not run.steady:
                 said.append(f"{who} is not steady over its window: {run.trend}.")
     for side in sides[1:]:
-        if abs(side.first.duration - duration) > 1e-6 * duration or abs(side.first.window[0] - begin) > 1e-9:
+        apart = np.abs(np.subtract(side.first.window, (begin, end)))
+        if apart[0] > 1e-9 or apart[1] > 1e-6 * (end - begin):
             said.append(f"The sampled windows of A and {side.letter} differ.")
         keys = different_keys(a.first.deck(), side.first.deck())
         shape = [key for key in keys if GEOMETRY.fullmatch(key)]

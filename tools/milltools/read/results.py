@@ -120,7 +120,7 @@ class Results:
         series = min(self._tails(kind), key=near, default=None)
         if unit == "m/s" and len(known) > len(THRESHOLDS) and limit in THRESHOLDS:
             error = known[1 + THRESHOLDS.index(limit)][1]
-        elif series is None or not count:
+        elif series is None or count < sums.SEEN or sums.few_saw(series, self.period):
             error = math.nan
         else:
             found = sums.standard_error(rate * series / series.mean(), self.period, self.starts)

@@ -20,6 +20,7 @@ OCTAVE = 4  # bins of the blocks from an energy to twice this energy
 SORTS = ("normal", "total", "dissipated")  # energies of an impact
 POINTS = 8  # at which a function of energy is taken within a bin
 FEWEST = 36  # blocks that an error needs
+PERIODS = 3  # of the motions, the same
 PIECES = 8  # in which they are joined
 SEVERAL = 4  # starts that an error needs
 SEEN = 10  # impacts that an error needs
@@ -78,11 +79,7 @@ class Sum:
     @property
     def spread(self) -> tuple[float, float]:
         """The error and its degrees of freedom."""
-        if self.series is None or not self.value or self.seen < SEEN:
-            return math.nan, 0
-        # of starts: a few may have seen most of the impacts (as in src/observe/spread.c)
-        least = min(len(self.series) / 2, SEVERAL)
-        if self.period == APART and self.series.sum() ** 2 < least * np.sum(self.series**2):
+        if self.series is None or not self.value or self.seen < SEEN or few_saw(self.series, self.period):
             return math.nan, 0
         error, freedom = spread(self.series, self.period, self.starts)
         return (max(error, self.least), freedom) if error == error else (math.nan, 0)
@@ -95,6 +92,8 @@ class Sum:
         if self.series is None or other.series is None:
             return ratio, math.nan, 0
         error, freedom = spread(self.series - ratio * other.series, self.period, self.starts)
+        if not self.spread[0] >= 0:  # too few impacts, or few starts have seen them
+            return ratio, math.nan, 0
         return ratio, error / abs(other.value), freedom
 
 
@@ -135,6 +134,12 @@ def carrying(run: Run, share: float, energy: str = "normal") -> float:
     return float(points.ravel()[::-1][np.searchsorted(brought, share * brought[-1])]) if brought[-1] else math.nan
 
 
+def few_saw(series: np.ndarray, period: int) -> bool:
+    """Whether a few of several starts have seen most of the impacts, as in src/observe/spread.c."""
+    least = min(len(series) / 2, SEVERAL)
+    return period == APART and bool(series.sum() ** 2 < least * np.sum(series**2))
+
+
 def has_errors(run: Run) -> bool:
     """Whether the file has what errors of sums follow from, and they would be right."""
     return run.has(f"{BLOCKS}/edges") and not run.doubt
@@ -157,7 +162,9 @@ def per_work(run: Run, hard: Sum) -> tuple[float, float, float]:
     ratio, error, freedom = hard.over(total(run, itself, "dissipated"))
     power = run.statistic(f"{run.driven}/power") if run.driven else run.statistic("impacts/all/dissipated_power")
     value = hard.value / float(power) if power > 0 else math.nan
-    return value, error * value / ratio if hard.value else math.nan, freedom
+    # no better than the count of independent impacts, as in src/observe/tally_results.c
+    relative = max(error / ratio, hard.least / hard.value) if hard.value and error == error else math.nan
+    return value, value * relative, freedom
 
 
 def errors(run: Run, edges: np.ndarray, kind: str, above: bool = False) -> np.ndarray:
@@ -174,7 +181,8 @@ def errors(run: Run, edges: np.ndarray, kind: str, above: bool = False) -> np.nd
     series = rows @ weights / float(run.read(f"{blocks}/duration"))
     rates, least = series.mean(axis=0), SEEN / run.duration
     of = period(run), few(run)
-    found = [standard_error(x, *of) if rate >= least else math.nan for x, rate in zip(series.T, rates)]
+    known = [rate >= least and not few_saw(x, of[0]) for x, rate in zip(series.T, rates)]
+    found = [standard_error(x, *of) if good else math.nan for x, good in zip(series.T, known)]
     return np.maximum(found, np.sqrt(rates / run.duration))
 
 
@@ -225,12 +233,11 @@ def spread(x: np.ndarray, period: int, starts: int = 1) -> tuple[float, float]:
     after the other; PIECES pieces of each are independent, and what repeats each `period` values (0: none) is not
     scatter. NaN: too few values. The same estimate as in src/observe/spread.c."""
     n = len(x) if period == APART else len(x) // starts
-    if n < (SEVERAL if period == APART else FEWEST):
+    if n < (SEVERAL if period == APART else max(FEWEST, PERIODS * period)):
         return math.nan, 0
     if period == APART:
         return _scatter(x)
-    repeats = period > 1 and n // period >= 2
-    phases = period if repeats else 1
+    phases = max(period, 1)
     ends, pieces, shift = np.arange(PIECES + 1) * n // PIECES, [], 0.0
     for own in x.reshape(starts, n):
         means = np.array([own[phase::phases].mean() for phase in range(phases)])
@@ -239,7 +246,7 @@ def spread(x: np.ndarray, period: int, starts: int = 1) -> tuple[float, float]:
         rest = own - means[np.arange(n) % phases]
         pieces += [own.mean() + rest[a:b].mean() for a, b in itertools.pairwise(ends)]
     error, freedom = _scatter(np.array(pieces))
-    share = 1 - period / (n // period * period) if repeats else 1.0
+    share = 1 - 1 / (n // period) if period > 1 else 1.0
     return math.hypot(error / math.sqrt(share), shift), freedom
 
 

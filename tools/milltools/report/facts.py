@@ -164,6 +164,8 @@ def rubbed(run) -> tuple[float, float]:
     blocks, sliding = "statistics/energies/blocks", next(power for power, words in losses(run) if words == RUBBED)
     value = sliding / float(run.statistic("impacts/all/dissipated_power"))
     names = [f"{part}/{kind}" for part in ("dissipation", "dissipation_normal") for kind in run.kinds]
+    if run.doubt:
+        return value, math.nan
     if run.starts >= sums.SEVERAL:
         every, normal = (run.read(f"starts/dissipated_power{part}/all") for part in ("", "_normal"))
         return value, sums.standard_error(every - normal - value * every, sums.APART) / every.mean()
