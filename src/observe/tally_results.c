@@ -170,7 +170,6 @@ static void add_starts(struct mill_tally_results *r)
 /* Without an error a number says how it is not known; with a wrong one it misleads. */
 static void doubt(struct mill_tally_results *r)
 {
-    struct mill_precision_known *known = &r->at.known;
     /* where no floor acts (soft spheres, other programs) it does not tell */
     const double share = r->floor_share[r->all];
     const bool rests = r->world->soft.on || !(share > 0) || share > MILL_TALLY_RESTING;
@@ -179,13 +178,13 @@ static void doubt(struct mill_tally_results *r)
     r->doubt = starts < r->tally->asked.starts         ? MILL_TALLY_FIRST_OF_ALL
                : moves && starts == 1                  ? MILL_TALLY_ONE_START
                : moves && starts < MILL_SPREAD_SEVERAL ? MILL_TALLY_FEW_STARTS
-               : known->drifts                         ? MILL_TALLY_DRIFTS
+               : r->at.known.drifts                    ? MILL_TALLY_DRIFTS
                                                        : MILL_TALLY_KNOWN;
     if (r->doubt == MILL_TALLY_KNOWN && r->at.open)
         return;
     r->hard = (struct mill_spread_mean){r->hard.value, NAN, 0};
     r->hard_per_joule = (struct mill_spread_mean){r->hard_per_joule.value, NAN, 0};
-    mill_precision_forget(known);
+    mill_precision_forget(&r->at.known);
 }
 
 enum mill_status mill_tally_results_make(const struct mill_tally *tally,
