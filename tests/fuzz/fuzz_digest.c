@@ -70,7 +70,8 @@ static int run(const char *stream, size_t size, struct mill_command *asked)
     const volatile sig_atomic_t stop = 0;
     volatile sig_atomic_t begun = 0;
     struct mill_error error = {""};
-    struct mill_run_order order = {asked, .stop = &stop, .begun = &begun, .error = &error};
+    struct mill_run_order order = {asked, .stop = &stop, .begun = &begun,
+                                   .watch = {mill_progress_stage, &order.display}, .error = &error};
     if (!deck)
         deck = read_deck();
     order.deck = deck;
