@@ -82,7 +82,7 @@ bool mill_deck_is_name(const char *name)
 bool mill_deck_is_among(const char *words, char apart, const char *text)
 {
     const size_t length = strlen(text);
-    for (const char *p = words; p; p = strchr(p, apart), p += p != NULL)
+    for (const char *p = words; p; p = strchr(p, apart), p = p ? p + 1 : p)
         if (strncasecmp(p, text, length) == 0 && (!p[length] || p[length] == apart))
             return true;
     return false;
