@@ -11,15 +11,14 @@
 #include <stdio.h>
 #include <string.h>
 
-/* ---- the end of the run and the start of the window ----
+/* ---- the start of the window ----
  *
- * When may the run end, and where does its window begin? If run.precision is given without
- * run.sample_from, the length of the start-up is not known while the statistics are gathered. They
- * cannot be subtracted later, because rounded sums do not cancel exactly. So they are kept in
- * separate portions of a few batches, at most MILL_TALLY_PORTIONS, which are joined as the run
- * becomes longer. At the end only the portions after the cut are added up; a cut inside a portion
- * is moved to its end. The program looks for the cut at the ends of portions, every 8th to 24th
- * part of the run (3 portions become one where 3 make a period, else 2). */
+ * Where does the window begin? Without run.sample_from, the length of the start-up is not known
+ * while the statistics are gathered. They cannot be subtracted later, because rounded sums do not
+ * cancel exactly. So they are kept in separate portions of a few batches, at most
+ * MILL_TALLY_PORTIONS, which are joined as the run becomes longer (3 become one where 3 make a
+ * period, else 2). Only the portions after the cut are added up; a cut inside a portion is moved to
+ * its end. */
 
 /* Makes the memory of a portion, unless it has it: a run that ends early needs only the first
  * portions. false: out of memory */

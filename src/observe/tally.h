@@ -95,7 +95,7 @@ struct mill_tally_row {
 enum mill_tally_doubt {
     MILL_TALLY_KNOWN,
     MILL_TALLY_ONE_START,
-    MILL_TALLY_FIRST_OF_ALL, /* stopped: the other starts are not as far */
+    MILL_TALLY_FIRST_OF_ALL, /* stopped: not all starts are as far */
     MILL_TALLY_FEW_STARTS,
     MILL_TALLY_DRIFTS
 };

@@ -89,11 +89,10 @@ class Sum:
         if not other.value:
             return math.nan, math.nan, 0
         ratio = self.value / other.value
-        if self.series is None or other.series is None:
+        # no error of this sum: no blocks, too few impacts, or few starts have seen them
+        if math.isnan(self.error) or other.series is None:
             return ratio, math.nan, 0
         error, freedom = spread(self.series - ratio * other.series, self.period, self.starts)
-        if not self.spread[0] >= 0:  # too few impacts, or few starts have seen them
-            return ratio, math.nan, 0
         return ratio, error / abs(other.value), freedom
 
 
