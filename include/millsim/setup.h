@@ -21,13 +21,18 @@ struct mill_setup_ball {
     vec3 position, velocity, spin; /* [m], [m/s], [rad/s] */
 };
 
+/* A corner of a closed line, and the side that begins there and goes to the next corner: straight,
+ * or a circular arc. bulge: tangent of a quarter of the arc's angle, > 0: counter-clockwise. */
+struct mill_corner {
+    double x, y; /* [m] */
+    double bulge;
+};
+
 /* The drum with its two flat end walls. Its axis is x, its centre the origin. */
 struct mill_setup_drum {
-    double radius, length; /* [m] inner dimensions */
-    long buckles;          /* of a wavy profile; 0: a circle */
-    double buckle_height;  /* [m] the wall is between radius - buckle_height and radius +
-                              buckle_height */
-    double buckle_angle;   /* [rad] of one outermost point, from +y towards +z */
+    double radius, length;            /* [m] inner dimensions; of a contour no radius */
+    size_t corners;                   /* of the contour that is its wall; 0: a circle */
+    const struct mill_corner *corner; /* its x and y are y and z of the frame */
     /* 1 + the number of the motion that moves the drum, whose x axis is then the drum's axis; 0:
      * the drum does not move */
     int rides;
@@ -51,11 +56,12 @@ struct mill_solid;
 #define MILL_SOLID_LIST(row)                                                                       \
     row(box, mill_box_solid) row(cylinder, mill_round_cylinder_solid)                              \
         row(cone, mill_round_cone_solid) row(capsule, mill_round_capsule_solid)                    \
-            row(sphere, mill_round_sphere_solid) row(mesh, mill_facets_solid)
+            row(sphere, mill_round_sphere_solid) row(mesh, mill_facets_solid)                      \
+                row(contour, mill_contour_solid)
 #define MILL_SOLID_DECLARE(word, solid) extern const struct mill_solid solid;
 MILL_SOLID_LIST(MILL_SOLID_DECLARE)
 
-/* A prism over a circle or a wavy profile, about the x axis of its motion's frame: drums and shafts
+/* A prism over a circle, about the x axis of its motion's frame: round drums, and shafts
  * (mill_setup_drum_body, mill_setup_shaft) */
 extern const struct mill_solid mill_prism_solid;
 
@@ -70,12 +76,10 @@ struct mill_body {
     double length;        /* [m] along z; of a capsule: without its round ends */
     double rounding; /* [m] radius of the edges: the body is shrunk by it and then grown by it */
     size_t facets; /* number; the mesh is closed, its corners counter-clockwise seen from outside */
-    const vec3 (*facet)[3]; /* [m] in its own frame */
-    int buckles;            /* of a prism with a wavy profile; 0: a circle */
-    double buckle_height;   /* [m] the wall is between radius - buckle_height and radius +
-                               buckle_height */
-    double buckle_angle;    /* [rad] of one outermost point, from own x towards own y */
-    bool open;              /* a prism without ends: a slice of a long mill */
+    const vec3 (*facet)[3];           /* [m] in its own frame */
+    size_t corners;                   /* of a contour */
+    const struct mill_corner *corner; /* counter-clockwise, in its own x and y */
+    bool open;                        /* without ends: a slice of a long mill */
 };
 
 /* A body in the container, or the container itself, which has the balls inside */
@@ -90,7 +94,11 @@ struct mill_setup_surface {
                    kind */
 };
 
-/* The drum as a body */
+/* The drum as a body, and its solid */
+static inline const struct mill_solid *mill_setup_drum_solid(const struct mill_setup_drum *drum)
+{
+    return drum->corners > 0 ? &mill_contour_solid : &mill_prism_solid;
+}
 struct mill_body mill_setup_drum_body(const struct mill_setup_drum *drum);
 
 /* A shaft about the x axis of its motion's frame, from end wall to end wall of a drum [m] */

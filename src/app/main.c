@@ -172,7 +172,7 @@ static double rounded(double x)
 /* Prints what the run will take, and where it will leave the range of the model. */
 static void tell_forecast(const struct mill_deck *deck, struct mill_world *world, FILE *out)
 {
-    const bool braked = !deck->mill.rotor || deck->given.wavy ||
+    const bool braked = !deck->mill.rotor || deck->setup.drum.corners > 0 ||
                         deck->mill.contact[MILL_BALL_DRUM].law.friction > 0;
     const bool whole = deck->observe.precision == 0 && deck->observe.max_collisions == 0;
     struct mill_forecast f;

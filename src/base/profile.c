@@ -41,9 +41,3 @@ bool mill_profile_is_sound(const struct mill_profile *p)
         return false;
     return p->height < p->radius && !(p->half_inner >= 0.5 * MILL_PI && p->outer * s <= p->arc);
 }
-
-double mill_profile_area(const struct mill_profile *p)
-{
-    return p->buckles * p->outer * p->inner * mill_elementary_heading(MILL_PI / p->buckles).sin +
-           MILL_PI * p->arc * p->arc;
-}

@@ -30,8 +30,4 @@ struct mill_profile mill_profile_make(int buckles, double radius, double height,
  * area? */
 bool mill_profile_is_sound(const struct mill_profile *profile);
 
-/* [m^2] enclosed area: the polygon of the centres, plus the outer sectors, minus the inner
- * sectors */
-double mill_profile_area(const struct mill_profile *profile);
-
 #endif

@@ -159,6 +159,7 @@ static const struct {
     void (*run)(struct mill_deck *deck);
     const char *sections;
 } steps[] = {
+    {mill_deck_lining_make, "drum"},
     {mill_deck_motions_list, MOVED},
     {mill_deck_bodies_parts, "drum rotor blades blade"},
     {mill_deck_bodies_list, MOVED " body"},
@@ -166,7 +167,6 @@ static const struct {
     {mill_deck_laws_list, MOVED " body balls material contact wear"},
     {mill_deck_bodies_turn, MILL},
     {mill_deck_checks_run, "run output"},
-    {mill_deck_checks_buckles, "drum"},
     {mill_deck_checks_parts, MOVED " blades blade"},
     {mill_deck_setup_inside, MOVED " blades blade"},
     {mill_deck_balls_list, MILL " balls material"},

@@ -5,6 +5,7 @@
 
 #include "base/key.h"
 #include "base/memory.h"
+#include "millsim/lining.h"
 #include "millsim/start.h"
 #include "observe/observe.h"
 
@@ -123,9 +124,11 @@ struct mill_deck_text {
  * Those that the engine or the observers need are in `setup` and `observe`; those of [motion.NAME],
  * [body.NAME] and of other sections with a name are with their sections. */
 struct mill_deck_given {
-    long threads;      /* 0: the program chooses */
-    const char *start; /* [balls] path of the start file; NULL: a random start */
-    int wavy;          /* 0: the drum is a circle, and the buckles are 0 */
+    long threads;              /* 0: the program chooses */
+    const char *start;         /* [balls] path of the start file; NULL: a random start */
+    struct mill_lining lining; /* [drum]: its profile; the radius is that of the drum */
+    const char *contour;       /* its file; NULL: not given */
+    double tool;               /* [m] radius of the tool that mills the contour; 0: any */
     const char *drum_motion, *drum_material, *rotor_material; /* NULL: not given */
     struct mill_turn rotor; /* its speed follows from the tip speed, where that is given */
     double tip_speed;       /* 0: not given, or at rest */

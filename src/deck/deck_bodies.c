@@ -234,7 +234,10 @@ static bool add_body(struct mill_deck *deck, const struct mill_deck_section *sec
                                deck->mill.drum ? "leave [drum] out, or set 'side = outside'"
                                                : "set 'side = outside' here or there");
     place(given, &is);
-    if ((!surface.solid->key && !read_mesh(deck, section, &is)) ||
+    if ((given->file && surface.solid->key &&
+         !mill_deck_lining_read(deck, section->title,
+                                &((struct mill_deck_body *)section->form)->file, &is)) ||
+        (!surface.solid->key && !read_mesh(deck, section, &is)) ||
         !check_form(deck, section, surface.solid, &is))
         return false;
     if (is.facets > 0 && given->copies > MOST_FACETS / (long)is.facets)

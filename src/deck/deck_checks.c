@@ -2,6 +2,7 @@
  * the balls and parts fit into the drum, or the balls into the body that holds them? */
 #include "base/elementary.h"
 #include "deck/deck_private.h"
+#include "geometry/body.h"
 
 #define STARTS 8
 #define MOST_SAMPLES 1e8
@@ -69,11 +70,20 @@ void mill_deck_checks_starts(struct mill_deck *deck)
 
 /* ---- the mill ---- */
 
-/* The drum's wall */
-static struct mill_profile profile_of(const struct mill_deck *deck)
+/* The drum as a surface */
+static struct mill_setup_surface drum_of(const struct mill_deck *deck, struct mill_body *drum)
 {
-    const struct mill_body body = mill_setup_drum_body(&deck->setup.drum);
-    return mill_solid_profile(&body);
+    *drum = mill_setup_drum_body(&deck->setup.drum);
+    return (struct mill_setup_surface){.solid = mill_setup_drum_solid(&deck->setup.drum),
+                                       .body = drum};
+}
+
+/* [m] The distance of its wall from the axis, where it comes nearest */
+static double bore_of(const struct mill_deck *deck)
+{
+    struct mill_body drum;
+    const struct mill_setup_surface is = drum_of(deck, &drum);
+    return mill_body_wall(is.solid, &drum, 0).radius;
 }
 
 double mill_deck_checks_volume(const struct mill_deck *deck)
@@ -90,8 +100,9 @@ static double room_of(const struct mill_deck *deck)
     if (deck->mill.container)
         return mill_deck_checks_volume(deck);
     const double shaft = deck->mill.rotor ? deck->given.shaft_radius : 0.0;
-    const struct mill_profile drum = profile_of(deck);
-    return (mill_profile_area(&drum) - MILL_PI * shaft * shaft) * deck->setup.drum.length;
+    struct mill_body body;
+    const struct mill_setup_surface drum = drum_of(deck, &body);
+    return drum.solid->volume(&body) - MILL_PI * shaft * shaft * deck->setup.drum.length;
 }
 
 /* [m] diameter of the widest ball that fits between the walls of a container and has its centre on
@@ -122,38 +133,6 @@ static double width_of(const struct mill_setup_surface *container)
     return width;
 }
 
-double mill_deck_checks_highest(int buckles, double radius)
-{
-    enum { HALVINGS = 60 }; /* of an interval, down to about the last bit of a double */
-    double sound = 0.0, unsound = radius;
-    for (int i = 0; i < HALVINGS; i++) {
-        const double h = sound + 0.5 * (unsound - sound);
-        const struct mill_profile p = mill_profile_make(buckles, radius, h, 0.0);
-        if (mill_profile_is_sound(&p))
-            sound = h;
-        else
-            unsound = h;
-    }
-    return sound;
-}
-
-/* Neighbouring buckles must not touch. Height and number limit each other. The message names the
- * height, because users more often need a certain number. */
-void mill_deck_checks_buckles(struct mill_deck *deck)
-{
-    const struct mill_setup_drum *is = &deck->setup.drum;
-    if (!deck->given.wavy)
-        return;
-    const struct mill_profile profile = profile_of(deck);
-    if (!mill_profile_is_sound(&profile))
-        mill_deck_wrong(
-            &deck->text, "drum", "buckle_height",
-            "%ld buckles on a radius of %g m must be lower than %.4g m, or neighbouring "
-            "ones run into each other; got %g m",
-            is->buckles, is->radius, mill_deck_checks_highest((int)is->buckles, is->radius),
-            is->buckle_height);
-}
-
 /* Shaft and blades */
 void mill_deck_checks_parts(struct mill_deck *deck)
 {
@@ -163,7 +142,7 @@ void mill_deck_checks_parts(struct mill_deck *deck)
     const struct mill_deck_mill *mill = &deck->mill;
     const bool still = mill->drum && deck->setup.drum.rides == 0;
     const double radius = deck->given.shaft_radius;
-    const double bore = deck->setup.drum.radius - deck->setup.drum.buckle_height;
+    const double bore = mill->drum ? bore_of(deck) : 0.0;
     const bool shaft = mill->rotor && radius > 0.0, wide = shaft && radius >= bore;
     const char *blades = mill->parts > shaft ? mill_deck_section_of(deck, shaft) : NULL;
     int hidden = shaft; /* the first blade that does not come out of the shaft */
@@ -176,9 +155,9 @@ void mill_deck_checks_parts(struct mill_deck *deck)
                         "must be 0 m (no shaft), or at least %g m; got %g m", MILL_SOLID_LEAST,
                         radius);
     else if (wide)
-        mill_deck_wrong(text, "rotor", "shaft_radius",
-                        "must be less than the drum's radius%s, %g m",
-                        deck->given.wavy ? " less the height of its buckles" : "", bore);
+        mill_deck_wrong(
+            text, "rotor", "shaft_radius", "must be less than the drum's radius%s, %g m",
+            deck->setup.drum.corners > 0 ? " where its wall comes nearest to the axis" : "", bore);
     if (blades && !still)
         mill_deck_wrong(text, blades, NULL, "blades %s", need);
     else if (blades && !mill->rotor)
@@ -190,16 +169,14 @@ void mill_deck_checks_parts(struct mill_deck *deck)
 }
 
 /* Does a ball of this kind fit into the container? One that fits exactly cannot move: it would hit
- * both sides again and again. One that is as wide as a buckle would touch a whole arc at once. */
+ * both sides again and again. */
 static bool check_size(const struct mill_deck *deck, const struct mill_deck_balls *balls)
 {
     const struct mill_setup_surface *container = deck->mill.container;
     const struct mill_setup_drum *drum = &deck->setup.drum;
-    const char *wavy = deck->given.wavy ? " where its buckles come nearest to the axis" : "";
-    const double d = balls->diameter, bore = drum->radius - drum->buckle_height;
+    const char *odd = drum->corners > 0 ? " where its wall comes nearest to the axis" : "";
+    const double d = balls->diameter, bore = container ? 0.0 : bore_of(deck);
     const double apart = bore - deck->given.shaft_radius;
-    const double buckle =
-        !container && drum->buckle_height > 0.0 ? 2.0 * profile_of(deck).arc : (double)INFINITY;
     const double width = container ? width_of(container) : (double)INFINITY;
     char what[200] = "";
     if (!(d < width * (1.0 - SNUG)))
@@ -208,17 +185,12 @@ static bool check_size(const struct mill_deck *deck, const struct mill_deck_ball
             "does not fit into the container [%s], whose smallest inner width or height is %g m",
             mill_deck_holder(deck), width);
     else if (!container && d >= 2.0 * bore)
-        snprintf(what, sizeof what, "does not fit into a drum of radius %g m%s", bore, wavy);
-    else if (fabs(d - buckle) <= SNUG * (2.0 * drum->radius - bore))
-        snprintf(
-            what, sizeof what,
-            "is exactly as wide as a buckle of the drum and would stick there: make it a little "
-            "smaller or larger");
+        snprintf(what, sizeof what, "does not fit into a drum of radius %g m%s", bore, odd);
     else if (!container && d >= drum->length)
         snprintf(what, sizeof what, "does not fit into a drum %g m long", drum->length);
     else if (!container && deck->mill.rotor && d >= apart)
         snprintf(what, sizeof what, "does not fit between the shaft and the drum, %g m apart%s",
-                 apart, wavy);
+                 apart, odd);
     return !*what ||
            mill_deck_wrong(&deck->text, balls->section, "diameter", "a ball of %g m %s", d, what);
 }
@@ -276,29 +248,6 @@ void mill_deck_checks_powder(struct mill_deck *deck)
 }
 
 /* ---- warnings of what is allowed but is probably a mistake ---- */
-
-/* A random start puts balls into all free room, also into buckles with a narrow opening. */
-static void warn_of_mouths(const struct mill_deck *deck)
-{
-    if (!deck->mill.drum || !deck->given.wavy || deck->given.start)
-        return;
-    const struct mill_profile p = profile_of(deck);
-    /* opening between the inner arcs on both sides of a buckle */
-    const double mouth = 2.0 * (p.inner * mill_elementary_heading(MILL_PI / p.buckles).sin - p.arc);
-    if (p.half_outer <= 0.5 * MILL_PI)
-        return;
-    for (int k = 0; k < deck->setup.species; k++) {
-        const double d = deck->mill.balls[k].diameter;
-        if (d <= mouth || d >= 2.0 * p.arc)
-            continue;
-        mill_deck_faults_warn(
-            deck, "drum", "buckle_height",
-            "the openings of the buckles are only %.3g mm wide, less than a ball's diameter of "
-            "%.3g mm: balls that start in a buckle stay there",
-            1e3 * mouth, 1e3 * d);
-        return;
-    }
-}
 
 /* A motion that carries nothing: the user has probably forgotten `on` or `motion`. */
 static void warn_of_idle(const struct mill_deck *deck)
@@ -419,7 +368,7 @@ void mill_deck_warn(const struct mill_deck *deck)
         mill_deck_faults_warn(deck, "output", "frames",
                               "%.3g frames until %g s take %.3g GB; consider a longer interval",
                               frames, deck->observe.end, size_of(deck));
-    warn_of_mouths(deck);
+    mill_deck_lining_warn(deck);
     warn_of_idle(deck);
     warn_of_axes(deck);
     for (int k = 0; k < deck->setup.motions; k++)

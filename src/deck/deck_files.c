@@ -66,8 +66,12 @@ uint64_t mill_deck_files_digest(const struct mill_deck *deck)
         if (deck->mill.motion[k].type == &mill_table_type)
             all = digest(all, 7 * deck->mill.form[k].as.table.rows,
                          &deck->mill.form[k].as.table.row[0][0]);
+    if (deck->given.contour)
+        all = digest(all, 3 * deck->setup.drum.corners, &deck->setup.drum.corner->x);
     for (int k = 0; k < deck->setup.surfaces; k++) {
         const struct mill_setup_surface *s = &deck->setup.surface[k];
+        if (s->number <= 0 && s->body->corners > 0)
+            all = digest(all, 3 * s->body->corners, &s->body->corner->x);
         if (s->number == 0 && s->body->facets > 0) /* copies have the same facets */
             all = digest(all, 9 * s->body->facets, &s->body->facet[0][0].x);
     }

@@ -270,9 +270,6 @@ bool mill_deck_materials_find(const struct mill_deck *deck, const char *section,
 /* ---- values that must agree with others (deck_checks.c) ---- */
 
 void mill_deck_checks_run(struct mill_deck *deck);
-void mill_deck_checks_buckles(struct mill_deck *deck);
-/* [m] the maximum height of buckles up to which all profiles are valid; at most the radius */
-double mill_deck_checks_highest(int buckles, double radius);
 void mill_deck_checks_parts(struct mill_deck *deck);
 void mill_deck_checks_balls(struct mill_deck *deck);
 void mill_deck_checks_starts(struct mill_deck *deck);
@@ -300,6 +297,19 @@ static inline const char *mill_deck_holder(const struct mill_deck *deck)
 }
 
 /* ---- what follows from the values: steps of reading ---- */
+
+/* The contour of the drum */
+void mill_deck_lining_make(struct mill_deck *deck);
+
+/* Reads the corners of a body; *file becomes its path. */
+bool mill_deck_lining_read(struct mill_deck *deck, const char *section, const char **file,
+                           struct mill_body *is);
+
+/* Warns of places of the drum's contour where not all balls fit. */
+void mill_deck_lining_warn(const struct mill_deck *deck);
+
+/* [m] the maximum height of buckles up to which all profiles are valid; at most the radius */
+double mill_deck_lining_highest(int buckles, double radius);
 
 /* The rotor and the [motion.NAME], carriers first, and the motion of the drum */
 void mill_deck_motions_list(struct mill_deck *deck);

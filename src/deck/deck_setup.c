@@ -169,17 +169,18 @@ static void warn_of(const struct mill_deck *deck, const struct mill_passing *pla
 
 /* Bounds of how far the blade reaches beyond the walls of the drum, < 0 [m]. Neither moves but
  * about the axis. The check of a whole mill also finds what is not told here. */
-static double beyond(const struct mill_body *drum, bool wavy, const struct mill_body *blade)
+static double beyond(const struct mill_body *drum, const struct mill_body *blade)
 {
     const struct mill_pose own = {.place = drum->centre, .x = drum->x, .y = drum->y, .z = drum->z};
     const struct mill_pose in = mill_pose_relative(&mill_pose_still, &own);
     struct mill_wall wall[MILL_WALLS];
     double most = 0.0;
-    const int walls = mill_prism_solid.walls(drum, wall);
+    const int walls = drum->corners > 0 ? mill_contour_solid.walls(drum, wall)
+                                        : mill_prism_solid.walls(drum, wall);
     const struct mill_part box = mill_part_of(&mill_box_solid, blade),
                            part = mill_part_move(&box, &in);
     for (int k = 0; k < walls; k++)
-        if (wall[k].flat || !wavy)
+        if (wall[k].flat || drum->corners == 0)
             most = fmin(most, mill_part_to_wall(&part, &wall[k], SNUG * drum->radius).most);
     return most;
 }
@@ -195,7 +196,7 @@ void mill_deck_setup_inside(struct mill_deck *deck)
         const char *section = mill_deck_section_of(deck, k);
         if (strcmp(section, told) == 0)
             continue;
-        const double by = -beyond(&drum, deck->given.wavy, deck->setup.surface[k].body);
+        const double by = -beyond(&drum, deck->setup.surface[k].body);
         if (!(by > TOUCHING * drum.radius))
             continue;
         told = section;

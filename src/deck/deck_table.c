@@ -6,11 +6,9 @@
 
 enum {
     MOST_FRICTION = 10,
-    MOST_THREADS = 1024,
-    /* More buckles would be finer than the few hundred points with which maps and outlines show a
-     * drum. */
-    MOST_BUCKLES = 500
+    MOST_THREADS = 1024
 };
+#define MOST_FACE 1.4 /* [rad] 80 degrees */
 #define SEED_MAX 4294967295.0 /* the random generator distinguishes as many seeds */
 #define MOST_COLLISIONS 1e15  /* a double holds counts up to here exactly */
 /* [m] far smaller than anything that flies freely in air */
@@ -28,7 +26,10 @@ enum {
         return CONDITION;                                                                          \
     }
 HIDDEN(sample_found, mill_deck, is->observe.sample_found)
-HIDDEN(is_circle, mill_deck, !is->given.wavy)
+HIDDEN(is_not_wavy, mill_deck, is->given.lining.form != MILL_LINING_WAVY)
+HIDDEN(has_no_lifters, mill_deck, is->given.lining.form != MILL_LINING_LIFTERS)
+HIDDEN(is_not_free, mill_deck, is->given.lining.form != MILL_LINING_HARMONICS)
+HIDDEN(is_not_read, mill_deck, is->given.lining.form != MILL_LINING_FILE)
 HIDDEN(no_drum, mill_deck, !is->mill.drum)
 /* The balls do not start at random, or the container does not move. */
 HIDDEN(starts_alike, mill_deck, is->given.start || !is->mill.carried)
@@ -125,9 +126,15 @@ static const struct mill_key start_key[] = {
     {.name = NULL},
 };
 
-#define WAVY                                                                                       \
-    .hidden = is_circle,                                                                           \
-    .needs = "belongs to the wavy profile: add 'profile = wavy', or leave it out"
+#define LINING(member) DECK(given.lining.member)
+#define WAVY .hidden = is_not_wavy, .needs = "belongs to the wavy profile: add 'profile = wavy', or leave it out"
+#define LIFTED .hidden = has_no_lifters, .needs = "belongs to lifters: add 'profile = lifters', or leave it out"
+#define FREE .hidden = is_not_free, .needs = "belongs to a free line: add 'profile = harmonics', or leave it out"
+#define READ .hidden = is_not_read, .needs = "belongs to a contour of a file: add 'profile = file', or leave it out"
+#define WAVE(k) \
+    {"wave_" #k, "height of cos(" #k " a), where a goes once around in each of the equal parts", .unit = "m", ANY, \
+     .preset = "0 m", LINING(wave[k - 1]), FREE}, \
+    {"lean_" #k, "height of sin(" #k " a)", .unit = "m", ANY, .preset = "0 m", LINING(lean[k - 1]), FREE}
 static const struct mill_key drum_key[] = {
     {"radius", "inner radius of the drum", MILL_SOLID_SIZE, DECK(setup.drum.radius)},
     {"diameter", "inner diameter of the drum", MILL_SOLID_WIDTH, .instead = "radius", DECK(setup.drum.radius)},
@@ -135,14 +142,34 @@ static const struct mill_key drum_key[] = {
     {"ends", "end walls, or periodic: a slice of a long mill, which balls leave at one end and enter at "
      "the other", .type = MILL_KEY_CHOICE, .preset = "walls", DECK(setup.drum.periodic),
      .words = "walls|periodic"},
-    {"profile", "shape of the drum's wall", .type = MILL_KEY_CHOICE, .preset = "circle", DECK(given.wavy),
-     .words = "circle|wavy"},
+    {"profile", "shape of the drum's wall", .type = MILL_KEY_CHOICE, .preset = "circle", LINING(form),
+     .words = "circle|wavy|lifters|harmonics|file"},
     {"buckles", "number of buckles around the drum", .type = MILL_KEY_WHOLE, .lo = 2,
-     .hi = MOST_BUCKLES, DECK(setup.drum.buckles), WAVY},
+     .hi = MILL_LINING_MOST, LINING(count), WAVY},
     {"buckle_height", "height of the buckles: the wall lies between radius - height and "
-     "radius + height", .unit = "m", NOT_NEGATIVE, DECK(setup.drum.buckle_height), WAVY},
+     "radius + height", .unit = "m", NOT_NEGATIVE, LINING(height), WAVY},
     {"buckle_angle", "angle of one outermost point, from +y towards +z", .unit = "rad", ANY,
-     .preset = "0 deg", DECK(setup.drum.buckle_angle), WAVY},
+     .preset = "0 deg", LINING(angle), WAVY},
+    {"lifters", "number of lifters around the drum, whose radius is that of the plate between them",
+     .type = MILL_KEY_WHOLE, .lo = 1, .hi = MILL_LINING_MOST, LINING(count), LIFTED},
+    {"lifter_height", "height of a lifter at its middle, above the plate", .unit = "m", POSITIVE, LINING(height), LIFTED},
+    {"lifter_width", "width of a lifter at its top", .unit = "m", POSITIVE, LINING(width), LIFTED},
+    {"lifter_front", "angle between the radius and the face towards larger angles, which leads where the drum turns with "
+     "positive speed", .unit = "rad", .lo = 0, .hi = MOST_FACE, .preset = "0 deg", LINING(front), LIFTED},
+    {"lifter_back", "angle between the radius and the other face", .unit = "rad", .lo = 0, .hi = MOST_FACE,
+     .preset = "0 deg", LINING(back), LIFTED},
+    {"lifter_rounding", "radius of its edges", .unit = "m", NOT_NEGATIVE, .preset = "0 m", LINING(rounding), LIFTED},
+    {"lifter_second_height", "height of every other lifter; auto: that of all", .unit = "m", POSITIVE,
+     .words = "auto", .named = NAN, .preset = "auto", LINING(second), LIFTED},
+    {"lifter_angle", "angle of the middle of a lifter, from +y towards +z", .unit = "rad", ANY, .preset = "0 deg",
+     LINING(angle), LIFTED},
+    {"repeats", "number of equal parts of the line around the drum, whose mean radius is that of the drum",
+     .type = MILL_KEY_WHOLE, .lo = 1, .hi = MILL_LINING_MOST, LINING(count), FREE},
+    WAVE(1), WAVE(2), WAVE(3), WAVE(4),
+    {"tool_radius", "no place of the line may curve around the balls with a smaller radius, for a milling tool; 0 m: any",
+     .unit = "m", NOT_NEGATIVE, .preset = "0 m", DECK(given.tool), FREE},
+    {"file", "a contour: a row 'x y bulge' for each corner, counter-clockwise; 'mill contour' makes it from a drawing",
+     .type = MILL_KEY_FILE, DECK(given.contour), READ},
     {"motion", "name of the motion that carries the drum, or rotor; the drum's axis is x of its frame",
      TEXT, DECK(given.drum_motion)},
     {"material", "material of drum, end walls, and parts without a material of their own", TEXT,
@@ -280,6 +307,11 @@ static const struct mill_key mesh_key[] = {
     {.name = NULL},
 };
 
+static const struct mill_key contour_key[] = {
+    {"file", "a contour: a row 'x y bulge' for each corner, counter-clockwise, in SI", .type = MILL_KEY_FILE, BODY(file)},
+    {.name = NULL},
+};
+
 static const struct mill_key copies_key[] = {
     {"copies", "number of equal bodies in all", .type = MILL_KEY_WHOLE, .lo = 1, .hi = MILL_DECK_MOST_BLADES,
      .preset = "1", BODY(copies), .hidden = mill_solid_is_inside,
@@ -389,6 +421,7 @@ const struct mill_deck_block mill_deck_table[] = {
     {OF_MOTION, .key = table_key, .words = 1u << MILL_DECK_TABLE},
     {OF_BODY, .key = body_key},
     MILL_SOLID_LIST(OF_SOLID)
+    {OF_BODY, .key = contour_key, .words = 1u << NUMBER_contour},
     {OF_BODY, .key = copies_key},
     {"contact", .key = law_key, VALUES(general)},
     {"contact", .key = floor_key},

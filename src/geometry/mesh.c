@@ -1,11 +1,4 @@
-/* Triangles of prisms and boxes. A profile (a circle is a profile of height 0) is divided into
- * pitches, each an outer arc and the inner arc after it. Arcs are divided into an even number of
- * equal chords, so that every half pitch is the mirror image of the next.
- *
- * The end of a prism consists of two parts in each half pitch. One is the fan of half an outer arc
- * from its centre. The other is the strip between half an inner arc and the line from the outer
- * centre to the axis, cut by rays from the inner centre. These rays meet both the arc and the line
- * once, so the strip has no folds, even if arcs overhang. */
+/* Triangles of prisms, bodies of revolution and boxes. */
 #include "geometry/mesh.h"
 
 #include "base/elementary.h"
@@ -62,107 +55,105 @@ static void quad(struct mill_mesh *mesh, bool turned, int64_t a, int64_t b, int6
 
 /* ---- prisms ---- */
 
-/* The number of chords of half an outer and half an inner arc */
-struct cut {
-    int outer, inner;
-    int pitch; /* chords of a whole pitch */
-};
-
-static int chords(double half, double widest)
+void mill_ring_add(struct mill_ring *ring, double x, double y)
 {
-    return half > 0.0 ? (int)fmax(ceil(half / widest), 1.0) : 0;
+    double(*grown)[2] = more(ring->at, ring->points, sizeof *grown);
+    ring->failed = ring->failed || !grown;
+    if (!grown)
+        return;
+    ring->at = grown;
+    ring->at[ring->points][0] = x;
+    ring->at[ring->points++][1] = y;
 }
 
-static struct cut cut(const struct mill_profile *p, double tolerance)
+void mill_ring_free(struct mill_ring *ring)
 {
-    assert(tolerance > 0.0);
-    const double share = fmin(tolerance / p->arc, 0.01);
-    const double widest = 4.0 * mill_elementary_asin(sqrt(0.5 * share));
-    const int outer = chords(p->half_outer, widest), inner = chords(p->half_inner, widest);
-    return (struct cut){outer, inner, 2 * (outer + inner)};
+    free(ring->at);
 }
 
-static vec3 polar(double x, double radius, double angle)
+/* > 0: the corner c is on the left of the line from a to b */
+static double left_of(const double a[2], const double b[2], const double c[2])
 {
-    const struct mill_heading at = mill_elementary_heading(angle);
-    return vec3_make(x, radius * at.cos, radius * at.sin);
+    return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
 }
 
-static double direction(const struct mill_profile *p, int pitch)
+/* Is the triangle of a corner and its neighbours within the line: does the line turn left there,
+ * and is no corner at which it turns right in the triangle? */
+static bool is_ear(const struct mill_ring *r, const size_t *last, const size_t *next, size_t k)
 {
-    return p->angle + 2.0 * MILL_PI * pitch / p->buckles;
-}
-
-/* Corner j of a pitch: on its outer arc, and after the joint on its inner arc */
-static vec3 corner(const struct mill_profile *p, struct cut c, double x, int pitch, int j)
-{
-    const double ray = direction(p, pitch);
-    if (j <= 2 * c.outer) {
-        const double angle = ray + p->half_outer * (j - c.outer) / c.outer;
-        return vec3_add(polar(x, p->outer, ray), polar(0.0, p->arc, angle));
+    const double *a = r->at[last[k]], *b = r->at[k], *c = r->at[next[k]];
+    if (left_of(a, b, c) <= 0.0)
+        return false;
+    for (size_t i = next[next[k]]; i != last[k]; i = next[i]) {
+        const double *p = r->at[i];
+        if (left_of(r->at[last[i]], p, r->at[next[i]]) <= 0.0 && left_of(a, b, p) >= 0.0 &&
+            left_of(b, c, p) >= 0.0 && left_of(c, a, p) >= 0.0)
+            return false;
     }
-    const double between = ray + MILL_PI / p->buckles;
-    const double angle = between + MILL_PI - p->half_inner * (j - 2 * c.outer - c.inner) / c.inner;
-    return vec3_add(polar(x, p->inner, between), polar(0.0, p->arc, angle));
+    return true;
 }
 
-/* Adds all corners at x, counter-clockwise seen from greater x; returns the number of the first */
-static int64_t ring(struct mill_mesh *mesh, const struct mill_profile *p, struct cut c, double x)
+/* Fills a ring, whose first point in the mesh has this number, by cutting off ears (G. H. Meisters,
+ * Amer. Math. Monthly 82 (1975) 648). Rounding may leave no ear: then any corner is cut off. */
+static void cut_ears(struct mill_mesh *mesh, const struct mill_ring *ring, int64_t first,
+                     bool turned)
+{
+    const size_t n = ring->points;
+    size_t *next = malloc(2 * n * sizeof *next), *last = next + n, k = 0, failures = 0;
+    mesh->failed = mesh->failed || !next;
+    for (size_t i = 0; next && i < n; i++) {
+        next[i] = (i + 1) % n;
+        last[i] = (i + n - 1) % n;
+    }
+    for (size_t left = n; next && left > 2; k = next[k]) {
+        if (!is_ear(ring, last, next, k) && failures++ < left)
+            continue;
+        triangle(mesh, turned, first + (int64_t)last[k], first + (int64_t)k,
+                 first + (int64_t)next[k]);
+        next[last[k]] = next[k];
+        last[next[k]] = last[k];
+        failures = 0;
+        left--;
+    }
+    free(next);
+}
+
+static int64_t add_ring(struct mill_mesh *mesh, const struct mill_body *is,
+                        const struct mill_ring *ring, double z)
 {
     const int64_t first = (int64_t)mesh->points;
-    for (int k = 0; k < p->buckles; k++)
-        for (int j = 0; j < c.pitch; j++)
-            add_point(mesh, corner(p, c, x, k, j));
+    for (size_t k = 0; k < ring->points; k++)
+        add_point(mesh, mill_body_out(is, vec3_make(ring->at[k][0], ring->at[k][1], z)));
     return first;
 }
 
-void mill_mesh_mantle(struct mill_mesh *mesh, const struct mill_profile *p, double half_length,
-                      double tolerance, bool within)
+void mill_mesh_prism(struct mill_mesh *mesh, const struct mill_body *is, int wall,
+                     const struct mill_ring *ring)
 {
-    const struct cut c = cut(p, tolerance);
-    const int64_t count = (int64_t)p->buckles * c.pitch;
-    const int64_t low = ring(mesh, p, c, -half_length), high = ring(mesh, p, c, half_length);
-    for (int64_t k = 0; k < count; k++) {
-        const int64_t next = (k + 1) % count;
-        quad(mesh, within, low + k, low + next, high + next, high + k);
-    }
-}
-
-/* Adds the points on the line from an outer centre to the axis: the centre, and the points on rays
- * from the inner centre to the corners of its arc (law of sines). The point on the axis exists
- * already. */
-static void rung(struct mill_mesh *mesh, const struct mill_profile *p, struct cut c, double x,
-                 int pitch)
-{
-    for (int i = 0; i < c.inner; i++) {
-        const double at = p->half_inner * i / c.inner;
-        const double way = 2.0 * p->arc * mill_elementary_heading(at).sin /
-                           mill_elementary_heading(p->half_outer - at).sin;
-        add_point(mesh, polar(x, p->outer - way, direction(p, pitch)));
-    }
-}
-
-void mill_mesh_lid(struct mill_mesh *mesh, const struct mill_profile *p, double x, double side,
-                   double tolerance)
-{
-    const struct cut c = cut(p, tolerance);
-    const int64_t count = (int64_t)p->buckles * c.pitch;
-    const bool turned = side < 0.0;
-    const int64_t axis = add_point(mesh, vec3_make(x, 0.0, 0.0));
-    const int64_t rim = ring(mesh, p, c, x);
-    for (int k = 0; k < p->buckles; k++) {
-        /* the arcs of a circle have their centre on the axis, so there is no line */
-        const int64_t line = c.inner > 0 ? (int64_t)mesh->points : axis;
-        const int64_t begin = (int64_t)k * c.pitch, joint = begin + 2 * c.outer;
-        rung(mesh, p, c, x, k);
-        for (int j = 0; j < 2 * c.outer; j++)
-            triangle(mesh, turned, line, rim + begin + j, rim + (begin + j + 1) % count);
-        for (int i = 0; i < c.inner; i++) {
-            const int64_t near = i + 1 < c.inner ? line + i + 1 : axis;
-            const int64_t before = begin + count - i;
-            quad(mesh, turned, line + i, rim + joint + i, rim + (joint + i + 1) % count, near);
-            quad(mesh, turned, line + i, near, rim + (before - 1) % count, rim + before % count);
+    const double half = 0.5 * is->length;
+    const int64_t n = (int64_t)ring->points;
+    mesh->failed = mesh->failed || ring->failed || n < 3;
+    if (mesh->failed)
+        return;
+    if (wall <= 0) {
+        const int64_t low = add_ring(mesh, is, ring, -half), high = add_ring(mesh, is, ring, half);
+        for (int64_t k = 0; k < n; k++) {
+            const int64_t next = (k + 1) % n;
+            quad(mesh, is->inside, low + k, low + next, high + next, high + k);
         }
+    }
+    for (int end = 0; end < 2; end++) {
+        if (wall != MILL_SOLID_WHOLE && wall != 1 + end)
+            continue;
+        const double z = end == 0 ? -half : half;
+        const bool turned = (end == 0) != (is->inside != 0);
+        const int64_t axis =
+            ring->fan ? add_point(mesh, mill_body_out(is, vec3_make(0.0, 0.0, z))) : 0;
+        const int64_t rim = add_ring(mesh, is, ring, z);
+        for (int64_t k = 0; ring->fan && k < n; k++)
+            triangle(mesh, turned, axis, rim + k, rim + (k + 1) % n);
+        if (!ring->fan)
+            cut_ears(mesh, ring, rim, turned);
     }
 }
 

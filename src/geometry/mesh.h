@@ -1,9 +1,7 @@
-/* Triangles of a surface, for other programs. A mesh grows point by point. The bodies of a mill are
- * made from prisms over a drum's profile, their ends, and boxes. */
+/* Triangles of a surface, for other programs. A mesh grows point by point. */
 #ifndef MILL_MESH_H
 #define MILL_MESH_H
 
-#include "base/profile.h"
 #include "geometry/solid.h"
 
 struct mill_mesh {
@@ -17,17 +15,21 @@ struct mill_mesh {
 /* An empty mesh is {0}. */
 void mill_mesh_free(struct mill_mesh *mesh);
 
-/* Adds the side of a prism over a profile, from x = -half_length to +half_length, seen from inside
- * (within) or from outside. Its corners are on the profile. No flat is farther from the profile
- * than the tolerance [m] or than a hundredth of an arc's radius. */
-void mill_mesh_mantle(struct mill_mesh *mesh, const struct mill_profile *profile,
-                      double half_length, double tolerance, bool within);
+/* A closed line of points in a body's own x and y, counter-clockwise. fan: triangles from the axis
+ * to its sides fill it */
+struct mill_ring {
+    size_t points;
+    double (*at)[2]; /* [m] */
+    bool fan, failed;
+};
 
-/* Adds the part of the plane x = `x` inside the profile, seen from greater x (side > 0) or smaller
- * x. Its corners are equal, to the bit, to the corners of a mantle with the same profile and
- * tolerance. */
-void mill_mesh_lid(struct mill_mesh *mesh, const struct mill_profile *profile, double x,
-                   double side, double tolerance);
+void mill_ring_add(struct mill_ring *ring, double x, double y);
+void mill_ring_free(struct mill_ring *ring);
+
+/* Adds the prism over a ring, as long as the body, seen from the side of the balls. wall: see
+ * `outline` of struct mill_solid; 0 is its side, 1 and 2 are its ends at own z < 0 and > 0. */
+void mill_mesh_prism(struct mill_mesh *mesh, const struct mill_body *body, int wall,
+                     const struct mill_ring *ring);
 
 /* Adds the surface that a line in the half plane of (radius, axis) makes when it turns about the
  * body's own axis. line[n][2] [m] begins and ends on the axis and goes upwards. Seen from the side

@@ -1,8 +1,8 @@
-/* The prism over a profile, a circle or a wavy line, about the x axis of its motion's frame: the
- * drum, met from inside, and the shaft, met from outside. The flat ends of a shaft are in the end
- * walls, where no ball touches them. The centres of touching balls are at R - a in a drum and at
- * R + a at a shaft. A prism with a circle turns about its axis or does not move at all; elsewhere a
- * cylinder stands for it. wavy.c has the buckles. */
+/* The prism over a circle about the x axis of its motion's frame: the drum, met from inside, and
+ * the shaft, met from outside. The flat ends of a shaft are in the end walls, where no ball touches
+ * them. The centres of touching balls are at R - a in a drum and at R + a at a shaft. It turns
+ * about its axis or does not move at all; elsewhere a cylinder stands for it. */
+#include "base/elementary.h"
 #include "geometry/mesh.h"
 #include "geometry/shapes.h"
 
@@ -79,30 +79,20 @@ static const struct mill_shape_type surface = {.size = sizeof(struct mill_bodied
 /* It has a place of its own only along x of its motion's frame. */
 static bool is_sound(const struct mill_body *is)
 {
-    if (!mill_solid_is_length(is->radius, false) || !mill_solid_is_length(is->length, false) ||
-        is->z.x != 1.0 || is->x.y != 1.0 || vec3_norm(is->centre) != 0.0)
-        return false;
-    if (is->buckles == 0)
-        return is->buckle_height == 0.0;
-    if (!is->inside || is->buckles < 2 || !isfinite(is->buckle_angle) ||
-        !(is->buckle_height >= 0.0 && is->buckle_height < is->radius))
-        return false;
-    const struct mill_profile profile = mill_solid_profile(is);
-    return mill_profile_is_sound(&profile);
+    return mill_solid_is_length(is->radius, false) && mill_solid_is_length(is->length, false) &&
+           is->z.x == 1.0 && is->x.y == 1.0 && vec3_norm(is->centre) == 0.0 && is->corners == 0;
 }
 
-/* Its buckles are left out: nothing that moves relative to it may enter them. */
 static int walls(const struct mill_body *is, struct mill_wall wall[MILL_WALLS])
 {
     const int walls = mill_round_cylinder_solid.walls(is, wall);
-    wall[0].radius -= is->buckle_height;
-    wall[0].own = is->buckles > 0 ? &mill_wavy_type : &surface;
+    wall[0].own = &surface;
     return is->open ? 1 : walls;
 }
 
 static struct mill_hull hull(const struct mill_body *is)
 {
-    return (struct mill_hull){0.5 * is->length, is->radius + is->buckle_height, 0};
+    return (struct mill_hull){0.5 * is->length, is->radius, 0};
 }
 
 static struct mill_core core(const struct mill_body *is)
@@ -113,21 +103,24 @@ static struct mill_core core(const struct mill_body *is)
 
 static double volume(const struct mill_body *is)
 {
-    const struct mill_profile profile = mill_solid_profile(is);
-    return mill_profile_area(&profile) * is->length;
+    return MILL_PI * is->radius * is->radius * is->length;
 }
 
+/* Chords within the tolerance, and within a hundredth of the radius */
 static void outline(const struct mill_body *is, int wall, double tolerance, struct mill_mesh *mesh)
 {
-    const struct mill_profile profile = mill_solid_profile(is);
-    const double half = 0.5 * is->length, side = is->inside ? 1.0 : -1.0;
-    if (wall <= 0)
-        mill_mesh_mantle(mesh, &profile, half, tolerance, is->inside != 0);
-    for (int k = 0; k < 2; k++) {
-        const double end = k == 0 ? -1.0 : 1.0;
-        if (wall == MILL_SOLID_WHOLE || wall == 1 + k)
-            mill_mesh_lid(mesh, &profile, end * half, -side * end, tolerance);
+    const double share = fmin(tolerance / is->radius, 0.01);
+    const double widest = 4.0 * mill_elementary_asin(sqrt(0.5 * share));
+    const int quarter = (int)fmax(ceil(0.5 * MILL_PI / widest), 1.0);
+    struct mill_ring ring = {.fan = true};
+    for (int k = 0; k < 4 * quarter; k++) {
+        const double half_turns = (double)(k / (2 * quarter));
+        const struct mill_heading at = mill_elementary_heading(
+            MILL_PI * half_turns + 0.5 * MILL_PI * (k % (2 * quarter) - quarter) / quarter);
+        mill_ring_add(&ring, is->radius * at.cos, is->radius * at.sin);
     }
+    mill_mesh_prism(mesh, is, wall, &ring);
+    mill_ring_free(&ring);
 }
 
 const struct mill_solid mill_prism_solid = {.surface = &surface,

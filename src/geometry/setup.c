@@ -18,9 +18,8 @@ struct mill_body mill_setup_drum_body(const struct mill_setup_drum *drum)
     struct mill_body body = mill_setup_shaft(drum->radius, drum->length);
     body.inside = 1;
     body.open = drum->periodic;
-    body.buckles = (int)drum->buckles;
-    body.buckle_height = drum->buckles != 0 ? drum->buckle_height : 0.0;
-    body.buckle_angle = drum->buckles != 0 ? drum->buckle_angle : 0.0;
+    body.corners = drum->corners;
+    body.corner = drum->corner;
     return body;
 }
 

@@ -70,7 +70,7 @@ static bool make_walls(struct making *m, const struct mill_setup_surface *s)
 {
     const struct mill_solid *solid = s->solid;
     if (solid->moving && s->motion != MILL_STILL &&
-        !mill_motion_pose(m->motion[s->motion], 0.0).about_x && s->body->buckles == 0)
+        !mill_motion_pose(m->motion[s->motion], 0.0).about_x)
         solid = solid->moving;
     if (!s->body->inside || !solid->walls)
         return make(m, s, solid, MILL_SOLID_WHOLE);

@@ -1,13 +1,6 @@
 /* What all solids have in common. */
 #include "geometry/solid.h"
 
-struct mill_profile mill_solid_profile(const struct mill_body *is)
-{
-    /* a circle is a profile with buckles of height 0 */
-    return mill_profile_make(is->buckles > 0 ? is->buckles : 2, is->radius, is->buckle_height,
-                             is->buckle_angle);
-}
-
 bool mill_solid_is_inside(const void *body)
 {
     return ((const struct mill_body *)body)->inside != 0;

@@ -6,7 +6,6 @@
 #define MILL_SOLID_H
 
 #include "base/key.h"
-#include "base/profile.h"
 #include "geometry/shape.h"
 #include "millsim/setup.h"
 
@@ -65,8 +64,8 @@ struct mill_solid {
     int (*walls)(const struct mill_body *, struct mill_wall wall[MILL_WALLS]);
     /* A hull of its own, narrower than the one from the support. NULL: from the support */
     struct mill_hull (*hull)(const struct mill_body *);
-    /* What replaces it, unless it has buckles, where it moves in another way than by turning about
-     * the x axis; NULL: nothing */
+    /* What replaces it where it moves in another way than by turning about the x axis. NULL: it is
+     * no drum */
     const struct mill_solid *moving;
 };
 
@@ -98,9 +97,6 @@ bool mill_solid_is_sound(const struct mill_solid *solid, const struct mill_body 
 /* The words for the solids of a deck, with '|' between them */
 #define MILL_SOLID_WORD(word, solid) "|" #word
 #define MILL_SOLID_WORDS (&MILL_SOLID_LIST(MILL_SOLID_WORD)[1])
-
-/* The profile of a prism */
-struct mill_profile mill_solid_profile(const struct mill_body *prism);
 
 /* [m] How far the core reaches along each of its own axes */
 vec3 mill_solid_extents(const struct mill_solid *solid, const struct mill_core *core);

@@ -38,6 +38,8 @@ static const struct mill_shape *odd_drum(const struct mill_world *world,
                                          const struct mill_heading *towards)
 {
     const double radius = world->drum_radius;
+    if (world->container.mapped != world->container.motion)
+        return NULL; /* it turns about its axis: any place is within it for a part of the turn */
     for (int i = 0; i < world->shapes; i++) {
         const struct mill_shape *shape = world->shape[i];
         const bool mantle = mill_body_is(shape)->inside && shape->wall == 0;
@@ -46,25 +48,6 @@ static const struct mill_shape *odd_drum(const struct mill_world *world,
                 return shape;
     }
     return NULL;
-}
-
-/* [m] Largest distance of the inner surface from the axis: the drum's radius, or more for a wavy
- * drum */
-static double farthest(const struct mill_world *world, const struct mill_shape *drum,
-                       const struct mill_heading *towards)
-{
-    double radius = world->drum_radius;
-    for (int k = 0; drum && k < ANGLES; k++) {
-        double r = 0; /* steps as long as the gap never pass the wall */
-        for (int step = 0; step < 1000; step++) {
-            const double gap = gap_towards(drum, r, towards[k]);
-            if (!(gap > 1e-9 * world->drum_radius) || r > 10 * world->drum_radius)
-                break;
-            r += gap;
-        }
-        radius = fmax(radius, r);
-    }
-    return radius;
 }
 
 /* Integral of sqrt(R^2 - y^2) from 0 to y */
@@ -149,7 +132,7 @@ bool mill_maps_init(struct mill_maps *maps, const struct mill_world *world)
     for (int k = 0; k < ANGLES; k++)
         towards[k] = mill_elementary_heading(2 * MILL_PI * k / ANGLES);
     const struct mill_shape *drum = body ? NULL : odd_drum(world, towards);
-    const double radius = farthest(world, drum, towards), half = world->drum_length / 2;
+    const double radius = world->drum_radius, half = world->drum_length / 2;
     const int rings = body ? rings_of(world, radius) : RINGS;
     const double wanted = round(world->drum_length / (radius / rings));
     const int slices = (int)fmin(fmax(wanted, FEWEST_SLICES), MILL_MAPS_LONGEST);

@@ -177,9 +177,9 @@ static void check_walls(struct check *c, const struct mill_clash_side *a,
         const struct mill_wall *w = &c->wall[k];
         const vec3 normal = mill_pose_turn_out(&b->begin, mill_body_turn_out(is, w->normal));
         const bool kept = b->keeps || (w->flat && mill_clash_side_is_level(b, normal));
-        /* a drum with buckles that turns is not round */
-        const bool buckles = !w->flat && is->buckles > 0 && b->bounds.turning > 0.0;
-        if (kept && a->keeps && !buckles)
+        /* a contour that turns is not round */
+        const bool odd = !w->flat && is->corners > 0 && b->bounds.turning > 0.0;
+        if (kept && a->keeps && !odd)
             continue;
         const bool level = kept && w->flat && mill_clash_side_is_level(a, normal);
         const bool same = a->speed + b->speed == 0.0 || level ||

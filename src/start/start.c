@@ -137,7 +137,7 @@ static void make_container(const struct mill_setup *setup, struct mill_world *w)
     c->period = is->open ? is->length : 0.0;
     c->still = c->drum && !c->motion;
     const struct mill_motion *m = c->motion;
-    const bool round = s->solid->round || (c->drum && is->buckle_height == 0.0);
+    const bool round = s->solid->round || c->drum || is->corners > 0;
     const double off =
         m ? vec3_norm(vec3_cross(vec3_sub(c->frame.place, m->through), m->axis)) : 0.0;
     const bool turns = m && m->axial && round && off <= 1e-9 * c->radius &&
@@ -323,7 +323,7 @@ struct written {
 static bool write_out(const struct mill_setup *setup, struct written *w)
 {
     const struct mill_setup_drum *drum = &setup->drum;
-    const int first = drum->radius != 0.0;
+    const int first = drum->radius != 0.0 || drum->corners > 0;
     w->setup = *setup;
     w->setup.surface = w->surface =
         calloc((size_t)(setup->surfaces > 0 ? setup->surfaces : 0) + 1, sizeof *w->surface);
@@ -331,7 +331,7 @@ static bool write_out(const struct mill_setup *setup, struct written *w)
         return false;
     if (first) {
         w->drum = mill_setup_drum_body(drum);
-        w->surface[0] = (struct mill_setup_surface){.solid = &mill_prism_solid,
+        w->surface[0] = (struct mill_setup_surface){.solid = mill_setup_drum_solid(drum),
                                                     .body = &w->drum,
                                                     .number = -1,
                                                     .motion = drum->rides - 1,

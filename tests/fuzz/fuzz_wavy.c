@@ -84,7 +84,7 @@ static struct mill_profile make_profile(struct fuzz_bytes *b)
     const double radius = fuzz_choice(b, 2) ? fuzz_log(b, 1e-3, 10.0) : 0.075;
     const int buckles =
         2 + (fuzz_choice(b, 8) ? fuzz_choice(b, 20) : fuzz_choice(b, MOST_BUCKLES - 1));
-    const double highest = mill_deck_checks_highest(buckles, radius);
+    const double highest = mill_deck_lining_highest(buckles, radius);
     const double overhang = fmin(highest, radius * sin(0.5 * MILL_PI / buckles));
     double height = 0.5 * overhang;
     switch (fuzz_choice(b, 4)) {

@@ -149,7 +149,7 @@ static void say_rotor(struct script *s, struct fuzz_bytes *b, double radius, dou
 static double say_buckles(struct script *s, struct fuzz_bytes *b, double radius)
 {
     const int buckles = 2 + fuzz_choice(b, 20);
-    const double height = mill_deck_checks_highest(buckles, radius) * part(b);
+    const double height = mill_deck_lining_highest(buckles, radius) * part(b);
     say(s, "profile = wavy\nbuckles = %d\nbuckle_height = %.17g m\nbuckle_angle = %.17g rad\n",
         buckles, height, angle(b));
     return height;

@@ -186,7 +186,8 @@ static void check_room(int buckles, double buckle_height)
 {
     const double reach = 4e-3;
     const struct model m = {
-        .setup.drum = {0.075, 0.05, .buckles = buckles, .buckle_height = buckle_height},
+        .setup.drum = buckles > 0 ? wavy_drum(buckles, 0.075, 0.05, buckle_height, 0.0)
+                                  : (struct mill_setup_drum){.radius = 0.075, .length = 0.05},
         .balls = {{.diameter = 2.0 * reach, .density = STEEL, .count = 1}},
         .rotor = {.speed = 50.0, .angle = 25 * DEG},
         .shaft = 0.015,

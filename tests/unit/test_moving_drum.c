@@ -22,10 +22,9 @@ static void open_drum(uint64_t *seed, struct moving *d, int way, bool wavy)
     const int n = 2 + below(seed, 18);
     d->is = (struct mill_setup_drum){.radius = 0.075, .length = 0.12};
     if (wavy) {
-        const double most = 0.9 * fmin(mill_deck_checks_highest(n, 0.075), 0.05);
-        d->is.buckles = n;
-        d->is.buckle_height = uniform(seed, 0.01, 1.0) * most;
-        d->is.buckle_angle = uniform(seed, -4.0, 4.0);
+        const double most = 0.9 * fmin(mill_deck_lining_highest(n, 0.075), 0.05);
+        const double height = uniform(seed, 0.01, 1.0) * most;
+        d->is = wavy_drum(n, 0.075, 0.12, height, uniform(seed, -4.0, 4.0));
     }
     d->chain = random_chain(seed, way);
     chain_open(&d->chain);

@@ -158,12 +158,13 @@ TEST(shaft_and_blade_are_closed_bodies_of_their_volume)
 
 TEST(a_finer_tolerance_means_more_and_smaller_flats)
 {
-    const struct mill_profile circle = mill_profile_make(2, R, 0.0, 0.3);
+    const struct mill_body circle =
+        mill_setup_drum_body(&(struct mill_setup_drum){.radius = R, .length = 0.12});
     double before = INFINITY;
     for (double tolerance = 1e-3; tolerance > 1e-9; tolerance *= 0.1) {
         struct mill_mesh mesh = {0};
         double off = 0.0;
-        mill_mesh_mantle(&mesh, &circle, 0.06, tolerance, true);
+        mill_prism_solid.outline(&circle, 0, tolerance, &mesh);
         for (size_t t = 0; t < mesh.triangles; t++) {
             for (int k = 0; k < 3; k++) {
                 const vec3 at =

@@ -1,7 +1,6 @@
 /* All places at which a ball overlaps a surface at once: one for each wall that it presses, however
  * many facets or arcs these have. */
 #include "facets_fixture.h"
-#include "geometry/wavy.h"
 #include "wavy_fixture.h"
 
 enum { MOST = 8 };
@@ -169,7 +168,7 @@ TEST(a_ball_that_does_not_fit_into_a_valley_has_two_places_and_one_that_fits_has
     struct wavy_mill m;
     struct mill_contact c[MOST];
     build(&m, 24, 0.004, 0.0);
-    const double arc = ((const struct mill_wavy *)m.drum)->radius;
+    const double arc = m.profile.arc;
     for (int k = 0; k < 2; k++) {
         const double r = k ? 1.3 * arc : 0.7 * arc;
         double low = 0.0, high = R + m.profile.height; /* of a ball that goes along +y: arc 0 */

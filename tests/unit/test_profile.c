@@ -2,6 +2,8 @@
  * arcs. */
 #include "wavy_fixture.h"
 
+#include <float.h>
+
 static const double heights[] = {1e-300, 1e-15, 1e-12, 1e-9, 1e-6, 1e-4, 5e-4,
                                  1e-3,   2e-3,  4e-3,  6e-3, 8e-3, 1e-2};
 
@@ -51,7 +53,6 @@ TEST(a_profile_of_no_height_is_the_circle)
         const struct mill_profile p = mill_profile_make(n, R, 0.0, 0.0);
         ck_assert_double_eq_tol(p.arc, R, 1e-16);
         ck_assert_double_eq(p.outer, 0.0);
-        ck_assert_double_eq_tol(mill_profile_area(&p), PI * R * R, 1e-16);
     }
 }
 
@@ -74,6 +75,7 @@ TEST(the_area_is_what_the_points_of_the_profile_enclose)
     for (int n = 2; n <= MOST; n++) {
         for (int k = 0; k < HEIGHTS; k++) {
             const struct mill_profile p = mill_profile_make(n, R, heights[k], 0.0);
+            const struct mill_setup_drum drum = wavy_drum(n, R, 1.0, heights[k], 0.3);
             double area = 0.0;
             vec3 last = on_profile(&p, 0.0);
             for (int i = 1; i <= POINTS; i++) {
@@ -81,7 +83,8 @@ TEST(the_area_is_what_the_points_of_the_profile_enclose)
                 area += n * (last.y * next.z - last.z * next.y);
                 last = next;
             }
-            ck_assert_double_eq_tol(mill_profile_area(&p), area, 1e-7 * area);
+            ck_assert_double_eq_tol(mill_contour_area(drum.corner, drum.corners), area,
+                                    1e-7 * area);
         }
     }
 }
@@ -114,7 +117,7 @@ static bool keeps_within(const struct mill_profile *p)
 TEST(a_profile_is_sound_up_to_the_height_at_which_neighbouring_bulges_meet)
 {
     for (int n = 2; n <= 300; n = n < 24 ? n + 1 : 2 * n) {
-        const double highest = mill_deck_checks_highest(n, R);
+        const double highest = mill_deck_lining_highest(n, R);
         const struct mill_profile below = mill_profile_make(n, R, 0.998 * highest, 0.0);
         const struct mill_profile above = mill_profile_make(n, R, 1.002 * highest, 0.0);
         ck_assert(mill_profile_is_sound(&below));
@@ -213,6 +216,8 @@ TEST(across_the_line_at_a_joint_the_gap_has_no_step_and_the_normal_no_kink)
         const struct mill_profile *p = &m.profile;
         const struct mill_shape *s = m.drum;
         const double radius = uniform(&seed, 0.01, 0.9) * p->arc;
+        /* the direction of a short arc is that of two corners */
+        const double rounding = 8.0 * DBL_EPSILON * R / (2.0 * p->half_inner * p->arc);
         const double pitch = PI / p->buckles;
         const int k = (int)uniform(&seed, 0.0, p->buckles);
         const double outer = p->angle + 2.0 * pitch * k;
@@ -228,7 +233,7 @@ TEST(across_the_line_at_a_joint_the_gap_has_no_step_and_the_normal_no_kink)
             const double bend = off / (p->arc - radius);
             ck_assert_double_eq_tol(c0.gap, c1.gap, bend * off + 2e-16);
             ck_assert_double_eq_tol(c0.gap, 0.0, bend * off + 3e-16);
-            ck_assert_double_lt(vec3_norm(vec3_sub(c0.normal, c1.normal)), 2.0 * bend + 1e-12);
+            ck_assert_double_lt(vec3_norm(vec3_sub(c0.normal, c1.normal)), 2.0 * bend + 1e-12 + rounding);
         }
         mill_demolish(&m.mill);
     }

@@ -7,13 +7,7 @@
 static const struct mill_setup_ball resting[] = {{.position = {0.01, 0.0, -0.03}},
                                                  {.position = {-0.01, 0.0, -0.03}}};
 static const struct model sound = {
-    .setup = {.gravity.z = -9.81,
-              .drum = {.radius = 0.04,
-                       .length = 0.04,
-                       .buckles = 8,
-                       .buckle_height = 0.001,
-                       .buckle_angle = 0.1},
-              .speed = 1.0},
+    .setup = {.gravity.z = -9.81, .drum = {.radius = 0.04, .length = 0.04}, .speed = 1.0},
     .balls = {{.diameter = 0.005, .density = STEEL, .count = 2}},
     .rotor = {.speed = 100.0, .angle = 1.0},
     .shaft = 0.008,
@@ -44,8 +38,6 @@ static const struct {
     {offsetof(struct model, setup.gravity.z), false, false},
     {offsetof(struct model, setup.drum.radius), true, true},
     {offsetof(struct model, setup.drum.length), true, true},
-    {offsetof(struct model, setup.drum.buckle_height), false, true},
-    {offsetof(struct model, setup.drum.buckle_angle), false, false},
     {offsetof(struct model, setup.speed), false, true},
     {offsetof(struct model, balls[0].diameter), true, true},
     {offsetof(struct model, balls[0].density), true, true},
@@ -96,17 +88,24 @@ TEST(laws_outside_their_range_are_refused)
 TEST(counts_and_profiles_that_make_no_mill_are_refused)
 {
     static const int32_t count[] = {0, -1, 50000001, INT32_MAX};
-    static const struct {
-        int buckles;
-        double height;
-    } profile[] = {{-1, 0.001}, {1, 0.001}, {2, 0.04}, {24, 0.02}};
+    /* a line, a corner twice, a cross, clockwise, a number that is none */
+    static const struct mill_corner corner[5][4] = {
+        {{-0.04, 0.0, 0.0}, {0.04, 0.0, 0.0}},
+        {{-0.04, 0.0, 1.0}, {0.04, 0.0, 1.0}, {0.04, 0.0, 1.0}},
+        {{-0.04, -0.04, 0.0}, {0.04, -0.04, 0.0}, {-0.04, 0.04, 0.0}, {0.05, 0.04, 0.0}},
+        {{-0.04, -0.04, 0.0}, {-0.04, 0.04, 0.0}, {0.04, 0.04, 0.0}, {0.04, -0.04, 0.0}},
+        {{-0.04, 0.0, 1.0}, {(double)NAN, 0.0, 1.0}}};
+    static const size_t corners[] = {2, 3, 4, 4, 2};
     for (int k = 0; k < 4; k++) {
-        struct model m = sound, p = sound;
+        struct model m = sound;
         m.balls[0].count = count[k];
         refuse(&m, MILL_FAULT_NUMBER);
-        p.setup.drum.buckles = profile[k].buckles;
-        p.setup.drum.buckle_height = profile[k].height;
-        refuse(&p, MILL_FAULT_NUMBER);
+    }
+    for (int k = 0; k < 5; k++) {
+        struct model m = sound;
+        m.setup.drum.corners = corners[k];
+        m.setup.drum.corner = corner[k];
+        refuse(&m, MILL_FAULT_NUMBER);
     }
 }
 

@@ -63,8 +63,7 @@ static const struct target rooms[ROOMS] = {
     {&mill_box_solid, {.inside = 1, .size = {0.02, 0.03, 0.04}}},
     {&mill_facets_solid, {.inside = 1, .facets = 12, .facet = cube}},
     {&mill_prism_solid, {.inside = 1, .radius = 0.02, .length = 0.03}},
-    {&mill_prism_solid,
-     {.inside = 1, .radius = 0.02, .length = 0.03, .buckles = 5, .buckle_height = 0.003}},
+    {&mill_contour_solid, {.inside = 1, .radius = 0.02, .length = 0.03}},
 };
 
 /* A ball that is about to meet something */
@@ -127,9 +126,10 @@ static void prepare(struct throw *t, uint64_t *seed, const struct target *target
         const bool room = target->is.inside;
         t->body = target->is;
         stand(&t->body);
-        if (target->solid == &mill_prism_solid)
-            t->body = mill_setup_drum_body(&(struct mill_setup_drum){
-                t->body.radius, t->body.length, t->body.buckles, t->body.buckle_height, 0.0, 0, 0});
+        const struct mill_setup_drum round = {.radius = t->body.radius, .length = t->body.length};
+        const struct mill_setup_drum wavy = wavy_drum(5, 0.02, 0.03, 0.003, 0.0);
+        if (target->solid == &mill_prism_solid || target->solid == &mill_contour_solid)
+            t->body = mill_setup_drum_body(target->solid == &mill_contour_solid ? &wavy : &round);
         t->surface[!room] = (struct mill_setup_surface){
             target->solid, &t->body, -1, motion, room ? MILL_BALL_DRUM : MILL_BALL_BLADE, 0};
     }

@@ -25,14 +25,10 @@ static const struct mill_blade any_blade = {.tip_radius = 0.02, .width = 0.01, .
 static inline void build_with(struct wavy_mill *m, int n, double h, double angle,
                               const struct mill_blade *blade)
 {
-    const struct mill_setup_drum drum = {.radius = R,
-                                         .length = drum_length,
-                                         .buckles = n,
-                                         .buckle_height = h,
-                                         .buckle_angle = angle};
+    const struct mill_setup_drum drum = wavy_drum(n, R, drum_length, h, angle);
     mill_build_in(&m->mill, &drum, blade, 0.0, 0.0);
     m->drum = m->mill.shape[DRUM];
-    m->profile = mill_solid_profile(mill_body_is(m->drum));
+    m->profile = mill_profile_make(n, R, h, angle);
     ck_assert(mill_profile_is_sound(&m->profile));
 }
 
@@ -45,7 +41,7 @@ static inline void build_random_with(uint64_t *seed, struct wavy_mill *m,
                                      const struct mill_blade *blade)
 {
     const int n = (int)uniform(seed, 2.0, 25.0);
-    const double most = 0.99 * fmin(mill_deck_checks_highest(n, R), 0.06);
+    const double most = 0.99 * fmin(mill_deck_lining_highest(n, R), 0.06);
     const double kind = uniform(seed, 0.0, 1.0);
     const double h = kind < 0.2   ? log_uniform(seed, 1e-13, 1e-3)
                      : kind < 0.6 ? uniform(seed, 1e-3, fmin(1e-2, most))

@@ -1,0 +1,231 @@
+/* The contour of the drum, and those of bodies: corners from the keys of a profile or from a file.
+ */
+#include "base/elementary.h"
+#include "base/profile.h"
+#include "deck/deck_private.h"
+#include "geometry/shapes.h"
+
+enum { MOST_CORNERS = 4000, COLUMNS = 3 };
+
+static const char *const form_key[] = {"radius", "buckle_height", "lifters", "repeats", "file"};
+
+/* Reads the rows of a contour's file. */
+static bool read_rows(struct mill_deck *deck, const char *section, const char **file,
+                      struct mill_corner **corner, size_t *count)
+{
+    if (!mill_deck_files_find(&deck->text, section, "file", file))
+        return false;
+    struct mill_deck_rows rows = {.text = &deck->text,
+                                  .section = section,
+                                  .key = "file",
+                                  .path = *file,
+                                  .form = "2 or 3 numbers 'x y bulge' in SI units",
+                                  .columns = 1u << 2 | 1u << COLUMNS,
+                                  .most = MOST_CORNERS,
+                                  .many = "more than %ld corners"};
+    const bool good = mill_deck_files_read(&rows);
+    *count = rows.row.count;
+    *corner = mill_deck_keep(&deck->text, calloc(*count + 1, sizeof **corner));
+    for (size_t k = 0; k < *count && *corner; k++)
+        memcpy(&(*corner)[k], (double(*)[MILL_DECK_COLUMNS])rows.row.item + k, sizeof **corner);
+    free(rows.row.item);
+    free(rows.line.item);
+    return good && *corner;
+}
+
+/* Tells what is wrong with a contour. */
+static bool check(const struct mill_deck *deck, const char *section, const char *key,
+                  const struct mill_corner *corner, size_t n)
+{
+    size_t at[2];
+    const struct mill_deck_text *text = &deck->text;
+    if (n < 2)
+        return mill_deck_wrong(text, section, key, "a contour needs two corners or more");
+    for (size_t k = 0; k < n; k++) {
+        const struct mill_corner *a = &corner[k], *b = &corner[(k + 1) % n];
+        if (!mill_solid_is_length(hypot(b->x - a->x, b->y - a->y), false))
+            return mill_deck_wrong(text, section, key,
+                                   "corners %zu and %zu of the contour are nearer to each other "
+                                   "than %g m: leave one of them out",
+                                   k + 1, (k + 1) % n + 1, MILL_SOLID_LEAST);
+    }
+    if (mill_contour_crosses(corner, n, at))
+        return mill_deck_wrong(text, section, key,
+                               "the contour crosses or touches itself: its sides after the corners "
+                               "(%.4g, %.4g) and (%.4g, %.4g) m",
+                               corner[at[0]].x, corner[at[0]].y, corner[at[1]].x, corner[at[1]].y);
+    if (mill_contour_area(corner, n) < 0.0)
+        return mill_deck_wrong(text, section, key,
+                               "the contour is clockwise: list its corners in the other order, "
+                               "each with the negative bulge of the one before it");
+    return true;
+}
+
+bool mill_deck_lining_read(struct mill_deck *deck, const char *section, const char **file,
+                           struct mill_body *is)
+{
+    struct mill_corner *corner;
+    if (!read_rows(deck, section, file, &corner, &is->corners))
+        return false;
+    is->corner = corner;
+    return check(deck, section, "file", corner, is->corners);
+}
+
+/* [m] The smallest radius with which a contour curves around the balls; *at: where this arc begins
+ */
+static double find_least(const struct mill_corner *corner, size_t n, size_t *at)
+{
+    double least = INFINITY;
+    for (size_t k = 0; k < n; k++) {
+        const struct mill_corner *a = &corner[k], *b = &corner[(k + 1) % n];
+        const double radius =
+            0.25 * hypot(b->x - a->x, b->y - a->y) * (1.0 + a->bulge * a->bulge) / a->bulge;
+        if (a->bulge > 0.0 && radius < least) {
+            least = radius;
+            *at = k;
+        }
+    }
+    return least;
+}
+
+void mill_deck_lining_warn(const struct mill_deck *deck)
+{
+    const struct mill_lining *is = &deck->given.lining;
+    const struct mill_setup_drum *drum = &deck->setup.drum;
+    double widest = 0.0, apart = INFINITY;
+    size_t at = 0;
+    for (int k = 0; k < deck->setup.species; k++)
+        widest = fmax(widest, deck->mill.balls[k].diameter);
+    if (drum->corners == 0)
+        return;
+    if (is->form == MILL_LINING_LIFTERS) {
+        const double half = mill_elementary_heading(MILL_PI / (double)is->count).sin;
+        apart = 2.0 * half * (is->radius - fmax(is->height, is->second)) - is->width;
+    } else if (is->form == MILL_LINING_WAVY) {
+        const struct mill_profile p =
+            mill_profile_make((int)is->count, is->radius, is->height, 0.0);
+        if (p.half_outer > 0.5 * MILL_PI && widest < 2.0 * p.arc)
+            apart = 2.0 * (p.inner * mill_elementary_heading(MILL_PI / p.buckles).sin - p.arc);
+    }
+    if (widest > apart)
+        mill_deck_faults_warn(deck, "drum", form_key[is->form],
+                              "the openings of its wall are only %.3g mm wide, less than a ball's "
+                              "diameter of %.3g mm: balls that start there stay there, others do "
+                              "not come in",
+                              1e3 * apart, 1e3 * widest);
+    const double least = find_least(drum->corner, drum->corners, &at);
+    if (is->form != MILL_LINING_WAVY && 2.0 * least < widest)
+        mill_deck_faults_warn(deck, "drum", form_key[is->form],
+                              "no ball of %.3g mm fits into the arc of radius %.3g mm that begins "
+                              "at y %.4g mm, z %.4g mm: it touches what is beside it",
+                              1e3 * widest, 1e3 * least, 1e3 * drum->corner[at].x,
+                              1e3 * drum->corner[at].y);
+}
+
+/* A free line: may a tool of this radius mill it? */
+static void check_tool(const struct mill_deck *deck, const struct mill_corner *corner, size_t n)
+{
+    size_t at;
+    const double least = find_least(corner, n, &at);
+    if (least < deck->given.tool)
+        mill_deck_wrong(&deck->text, "drum", "tool_radius",
+                        "the line curves around the balls with a radius of %.4g m: make its waves "
+                        "lower or fewer",
+                        least);
+}
+
+/* What is wrong with the numbers of a profile that has no corners */
+static void tell_form(const struct mill_deck *deck)
+{
+    const struct mill_lining *is = &deck->given.lining;
+    if (is->form == MILL_LINING_LIFTERS)
+        mill_deck_wrong(&deck->text, "drum", "lifters",
+                        "%ld lifters of these sizes touch each other, are higher than the drum, or "
+                        "are smaller than the rounding of their edges: change number, height, "
+                        "width, angles of the faces or rounding",
+                        is->count);
+    else
+        mill_deck_wrong(&deck->text, "drum", "repeats",
+                        "the line needs more than %d corners: give fewer waves", MOST_CORNERS);
+}
+
+/* Neighbouring buckles must not touch. Height and number limit each other. The message names the
+ * height, because users more often need a certain number. */
+static bool check_buckles(const struct mill_deck *deck)
+{
+    const struct mill_lining *is = &deck->given.lining;
+    const struct mill_profile profile =
+        mill_profile_make((int)is->count, is->radius, fmin(is->height, is->radius), 0.0);
+    return mill_profile_is_sound(&profile) ||
+           mill_deck_wrong(&deck->text, "drum", "buckle_height",
+                           "%ld buckles on a radius of %g m must be lower than %.4g m, or "
+                           "neighbouring ones run into each other; got %g m",
+                           is->count, is->radius,
+                           mill_deck_lining_highest((int)is->count, is->radius), is->height);
+}
+
+double mill_deck_lining_highest(int buckles, double radius)
+{
+    enum { HALVINGS = 60 }; /* of an interval, down to about the last bit of a double */
+    double sound = 0.0, unsound = radius;
+    for (int i = 0; i < HALVINGS; i++) {
+        const double h = sound + 0.5 * (unsound - sound);
+        const struct mill_profile p = mill_profile_make(buckles, radius, h, 0.0);
+        if (mill_profile_is_sound(&p))
+            sound = h;
+        else
+            unsound = h;
+    }
+    return sound;
+}
+
+/* A drawing in another unit, or about another axis, does not have the drum's radius. */
+static void check_radius(const struct mill_deck *deck, const struct mill_body *drum)
+{
+    struct mill_wall wall[MILL_WALLS];
+    const double high = mill_solid_hull(&mill_contour_solid, drum).radius;
+    mill_contour_solid.walls(drum, wall);
+    if (!(drum->radius >= wall[0].radius * (1.0 - 1e-6) && drum->radius <= high * (1.0 + 1e-6)))
+        mill_deck_wrong(&deck->text, "drum", "radius",
+                        "%g m is not a radius of the contour, whose points are from %.4g to %.4g m "
+                        "away from the axis: correct it, or the unit or origin of the file",
+                        drum->radius, wall[0].radius, high);
+}
+
+void mill_deck_lining_make(struct mill_deck *deck)
+{
+    struct mill_lining *is = &deck->given.lining;
+    struct mill_setup_drum *drum = &deck->setup.drum;
+    is->radius = drum->radius;
+    is->second = is->second > 0.0 ? is->second : is->height; /* NAN: all are equal */
+    if (!deck->mill.drum || is->form == MILL_LINING_CIRCLE ||
+        (is->form == MILL_LINING_WAVY && is->height == 0.0))
+        return;
+    if (is->form == MILL_LINING_FILE) {
+        struct mill_body body = {.corners = 0};
+        if (!mill_deck_lining_read(deck, "drum", &deck->given.contour, &body))
+            return;
+        drum->corners = body.corners;
+        drum->corner = body.corner;
+    } else {
+        const size_t most = mill_lining_most(is);
+        if (is->form == MILL_LINING_WAVY && !check_buckles(deck))
+            return;
+        struct mill_corner *corner = NULL;
+        if (most <= MOST_CORNERS)
+            corner = mill_deck_keep(&deck->text, calloc(most, sizeof *corner));
+        const size_t n = corner ? mill_lining_corners(is, corner) : 0;
+        if (n == 0) {
+            tell_form(deck);
+            return;
+        }
+        if (!check(deck, "drum", form_key[is->form], corner, n))
+            return;
+        check_tool(deck, corner, n);
+        drum->corners = n;
+        drum->corner = corner;
+    }
+    const struct mill_body body = mill_setup_drum_body(drum);
+    if (is->form == MILL_LINING_FILE)
+        check_radius(deck, &body);
+}

@@ -1,0 +1,461 @@
+/* The contour: a closed curve of lines and circular arcs, extruded along its own z, met from inside
+ * (a drum with lifters or buckles) or from outside. Here: its numbers, the pieces that balls meet,
+ * a plan of squares that tells which pieces are near, and its triangles. contour_meet.c has the
+ * contacts.
+ *
+ * Long arcs are cut into parts. A corner that points towards the balls is a
+ * piece of its own; then the places at which a ball's centre touches are a curve of lines and arcs
+ * without corners that point inwards, and each belongs to the piece that it is beside. */
+#include "geometry/contour.h"
+#include "base/elementary.h"
+#include "geometry/mesh.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+/* Sine of the angle between neighbours that are tangent: their normals differ by rounding only */
+#define TANGENT 1e-9
+/* Bulge of an arc that curves away from the balls, of 90 degrees; and around them, of 168 degrees
+ */
+#define MOST_BULGE (0.41421356237309515 * (1.0 + 1e-12))
+#define MOST_HOLLOW 0.9
+#define MOST_PARTS 4 /* of one side */
+#define MOST_CORNERS 4000
+#define MOST_TURN 1e3 /* bulge of an arc that is almost a whole circle */
+#define FLAT 1e-9     /* bend times length: its farthest point is an end */
+#define MOST_FLAT 0.1 /* bulge of an arc that a chord stands for: 23 degrees */
+#define FINEST 1e-12  /* relative to the size: more than rounding of a place */
+#define LISTED 4096   /* the list grows by so many */
+#define NEAR                                                                                       \
+    8.0 /* half diagonals of a square: the pieces listed are farther from it by no more            \
+         */
+
+/* ---- corners ---- */
+
+/* The bulge of each half of an arc */
+static double half_bulge(double bulge)
+{
+    return bulge / (1.0 + sqrt(1.0 + bulge * bulge));
+}
+
+/* The middle of the arc from a to b; its bulge becomes that of its halves. */
+static struct mill_corner cut(const struct mill_corner *a, const struct mill_corner *b,
+                              double *bulge)
+{
+    const double s = 0.5 * *bulge;
+    *bulge = half_bulge(*bulge);
+    return (struct mill_corner){0.5 * (a->x + b->x) + s * (b->y - a->y),
+                                0.5 * (a->y + b->y) - s * (b->x - a->x), *bulge};
+}
+
+/* Twice the area between a side and the origin [m^2] */
+static double twice_area(const struct mill_corner *a, const struct mill_corner *b)
+{
+    const double square = (b->x - a->x) * (b->x - a->x) + (b->y - a->y) * (b->y - a->y);
+    const double u = fabs(a->bulge);
+    double segment = 0.0; /* r^2 (angle - sin(angle)); a series where the two cancel */
+    if (u >= 1e-2) {
+        const double r = 0.25 * (1.0 + u * u) / u, angle = 4.0 * mill_elementary_atan2(u, 1.0);
+        segment = r * r * (angle - mill_elementary_heading(angle).sin);
+    } else {
+        segment = u * (2.0 / 3.0 + u * u * (2.0 / 15.0 - u * u * (2.0 / 105.0)));
+    }
+    return a->x * b->y - a->y * b->x + copysign(segment, a->bulge) * square;
+}
+
+double mill_contour_area(const struct mill_corner *corner, size_t n)
+{
+    double twice = 0.0;
+    for (size_t k = 0; k < n; k++)
+        twice += twice_area(&corner[k], &corner[(k + 1) % n]);
+    return 0.5 * twice;
+}
+
+/* ---- pieces ---- */
+
+struct making {
+    struct mill_contour_piece *piece;
+    int count;
+};
+
+static void set_line(double line[3], double x, double y, const double at[2])
+{
+    line[0] = x;
+    line[1] = y;
+    line[2] = x * at[0] + y * at[1];
+}
+
+/* A line, or an arc of at most 90 degrees */
+static void add_side(struct making *m, const struct mill_corner *a, const struct mill_corner *b,
+                     double bulge)
+{
+    const double dx = b->x - a->x, dy = b->y - a->y, c = sqrt(dx * dx + dy * dy);
+    const double ex = dx / c, ey = dy / c, u = bulge, per = 1.0 / (1.0 + u * u);
+    const double cosine = (1.0 - u * u) * per, sine = 2.0 * u * per; /* of half the angle */
+    struct mill_contour_piece *p = &m->piece[m->count++];
+    *p = (struct mill_contour_piece){.x = 0.5 * (a->x + b->x) + 0.5 * u * dy,
+                                     .y = 0.5 * (a->y + b->y) - 0.5 * u * dx,
+                                     .nx = -ey,
+                                     .ny = ex,
+                                     .bend = 2.0 * u * per / c,
+                                     .end = {{a->x, a->y}, {b->x, b->y}},
+                                     .half = 0.5 * c * sqrt(1.0 + u * u)};
+    set_line(p->from, ex * cosine + ey * sine, ey * cosine - ex * sine, p->end[0]);
+    set_line(p->to, -(ex * cosine - ey * sine), -(ey * cosine + ex * sine), p->end[1]);
+}
+
+static void add_sides(struct making *m, struct mill_corner a, struct mill_corner b, double bulge)
+{
+    if (bulge <= MOST_HOLLOW && bulge >= -MOST_BULGE) {
+        add_side(m, &a, &b, bulge);
+        return;
+    }
+    const struct mill_corner middle = cut(&a, &b, &bulge);
+    add_sides(m, a, middle, bulge);
+    add_sides(m, middle, b, bulge);
+}
+
+/* Ends a piece and begins the next one at one line, or puts a corner between them. */
+static void join(struct making *m, struct mill_contour_piece *last, struct mill_contour_piece *next)
+{
+    const double *t = last->to;
+    double *f = next->from;
+    const double turn = f[0] * t[1] - f[1] * t[0]; /* to the left: > 0 */
+    if (fabs(turn) < TANGENT && f[0] * t[0] + f[1] * t[1] < 0.0) {
+        for (int k = 0; k < 3; k++)
+            f[k] = -t[k];
+    } else if (turn <= 0.0) {
+        const double x = last->end[1][0], y = last->end[1][1];
+        m->piece[m->count++] = (struct mill_contour_piece){.x = x,
+                                                           .y = y,
+                                                           .bend = -1.0,
+                                                           .from = {-t[0], -t[1], -t[2]},
+                                                           .to = {-f[0], -f[1], -f[2]},
+                                                           .end = {{x, y}, {x, y}}};
+    }
+}
+
+/* All pieces of a body, in their order. Owner: the caller. NULL: out of memory */
+static struct mill_contour_piece *make_pieces(const struct mill_body *is, int *count)
+{
+    const size_t n = is->corners;
+    struct making side = {calloc(MOST_PARTS * n, sizeof *side.piece), 0};
+    struct making all = {calloc(2 * MOST_PARTS * n, sizeof *all.piece), 0};
+    for (size_t k = 0; side.piece && all.piece && k < n; k++) {
+        const struct mill_corner *a = &is->corner[k], *b = &is->corner[(k + 1) % n];
+        if (is->inside)
+            add_sides(&side, *a, *b, a->bulge);
+        else /* the other way round: balls are on the left */
+            add_sides(&side, is->corner[(2 * n - k) % n], is->corner[(2 * n - k - 1) % n],
+                      -is->corner[(2 * n - k - 1) % n].bulge);
+    }
+    for (int k = 0; all.piece && k < side.count; k++) {
+        const int at = all.count++;
+        join(&all, &side.piece[k], &side.piece[(k + 1) % side.count]);
+        all.piece[at] = side.piece[k];
+    }
+    if (all.piece && side.count > 0)
+        memcpy(all.piece[0].from, side.piece[0].from, sizeof side.piece[0].from);
+    free(side.piece);
+    *count = all.count;
+    return all.piece;
+}
+
+/* ---- distances from the axis ---- */
+
+/* [m] Of the nearest and the farthest point of a piece. The farthest one of an arc is its end, or
+ * beyond the centre of its circle. */
+static void measure(const struct mill_contour_piece *p, double *low, double *high)
+{
+    const struct mill_contour_view v = mill_contour_look(p, 0.0, 0.0);
+    *low = fmin(*low, fabs(v.d));
+    for (int k = 0; k < 2; k++)
+        *high = fmax(*high, sqrt(p->end[k][0] * p->end[k][0] + p->end[k][1] * p->end[k][1]));
+    if (p->half == 0.0 || fabs(p->bend) * p->half < FLAT)
+        return; /* an end, but for rounding */
+    const double r = 0.5 / p->bend, cx = p->x + r * p->nx, cy = p->y + r * p->ny;
+    const double away = sqrt(cx * cx + cy * cy), by = 1.0 + fabs(r) / away;
+    if (away > 0.0 && mill_contour_is_beside(p, cx * by, cy * by))
+        *high = fmax(*high, away * by);
+    else
+        *high = fmax(*high, sqrt(p->x * p->x + p->y * p->y));
+}
+
+static bool find_reach(const struct mill_body *is, double *low, double *high)
+{
+    int count;
+    struct mill_contour_piece *piece = make_pieces(is, &count);
+    *low = INFINITY;
+    *high = 0.0;
+    for (int k = 0; piece && k < count; k++)
+        measure(&piece[k], low, high);
+    free(piece);
+    return piece;
+}
+
+/* ---- does it cross itself? ---- */
+
+/* A part of a side, its share from..to of the side's angle or length */
+struct share {
+    struct mill_corner a, b;
+    double bulge, half; /* half: [m] of its points, none is farther from the middle of the chord */
+    bool first, last;   /* it begins where the side begins, ends where it ends */
+};
+
+static struct share share_of(struct mill_corner a, struct mill_corner b, double bulge)
+{
+    const double dx = b.x - a.x, dy = b.y - a.y;
+    return (struct share){a,    b,   bulge, 0.5 * sqrt(dx * dx + dy * dy) * fmax(1.0, fabs(bulge)),
+                          true, true};
+}
+
+static void halve(const struct share *of, struct share half[2])
+{
+    double bulge = of->bulge;
+    const struct mill_corner middle = cut(&of->a, &of->b, &bulge);
+    half[0] = share_of(of->a, middle, bulge);
+    half[1] = share_of(middle, of->b, bulge);
+    half[0].first = of->first;
+    half[1].last = of->last;
+    half[0].last = half[1].first = false;
+}
+
+/* Does the second of two sides begin where the first one ends; does it end where that begins? */
+struct order {
+    bool follows, leads;
+};
+
+/* > 0: c is on the left of the line from a to b */
+static double side_of(const struct mill_corner *a, const struct mill_corner *b,
+                      const struct mill_corner *c)
+{
+    return (b->x - a->x) * (c->y - a->y) - (b->y - a->y) * (c->x - a->x);
+}
+
+/* Do two shares touch, other than where one side ends and the next one begins? */
+static bool touch(const struct share *p, const struct share *q, struct order order, double least)
+{
+    const double x = 0.5 * (p->a.x + p->b.x - q->a.x - q->b.x);
+    const double y = 0.5 * (p->a.y + p->b.y - q->a.y - q->b.y), near = p->half + q->half;
+    const bool meet =
+        (order.follows && p->last && q->first) || (order.leads && q->last && p->first);
+    if (x * x + y * y > near * near)
+        return false;
+    if (p->bulge == 0.0 && q->bulge == 0.0) {
+        const double a = side_of(&p->a, &p->b, &q->a), b = side_of(&p->a, &p->b, &q->b);
+        const double along =
+            (p->b.x - p->a.x) * (q->b.x - q->a.x) + (p->b.y - p->a.y) * (q->b.y - q->a.y);
+        if (meet) /* does one fold back onto the other? */
+            return a == 0.0 && b == 0.0 && along < 0.0;
+        return a * b <= 0.0 && side_of(&q->a, &q->b, &p->a) * side_of(&q->a, &q->b, &p->b) <= 0.0;
+    }
+    if (near < least)
+        return !meet;
+    struct share part[2];
+    const bool first = p->bulge != 0.0 && (q->bulge == 0.0 || p->half >= q->half);
+    halve(first ? p : q, part);
+    for (int k = 0; k < 2; k++)
+        if (first ? touch(&part[k], q, order, least) : touch(p, &part[k], order, least))
+            return true;
+    return false;
+}
+
+bool mill_contour_crosses(const struct mill_corner *corner, size_t n, size_t at[2])
+{
+    double size = 0.0;
+    for (size_t k = 0; k < n; k++)
+        size = fmax(size, fmax(fabs(corner[k].x), fabs(corner[k].y)));
+    for (at[0] = 0; at[0] < n; at[0]++) {
+        const struct share p =
+            share_of(corner[at[0]], corner[(at[0] + 1) % n], corner[at[0]].bulge);
+        for (at[1] = at[0] + 1; at[1] < n; at[1]++) {
+            const struct share q =
+                share_of(corner[at[1]], corner[(at[1] + 1) % n], corner[at[1]].bulge);
+            const struct order order = {at[1] == at[0] + 1, at[0] == 0 && at[1] == n - 1};
+            if (touch(&p, &q, order, FINEST * size))
+                return true;
+        }
+    }
+    return false;
+}
+
+/* Is the length of each side one that a body can have, is the contour closed without crossing
+ * itself, and counter-clockwise? */
+static bool is_sound(const struct mill_body *is)
+{
+    size_t at[2];
+    const size_t n = is->corners;
+    if (n < 2 || n > MOST_CORNERS || !is->corner || !mill_solid_is_length(is->length, false))
+        return false;
+    for (size_t k = 0; k < n; k++) {
+        const struct mill_corner *a = &is->corner[k], *b = &is->corner[(k + 1) % n];
+        const double dx = b->x - a->x, dy = b->y - a->y;
+        if (!mill_solid_is_length(sqrt(dx * dx + dy * dy), false) || !(fabs(a->bulge) < MOST_TURN))
+            return false;
+    }
+    return mill_contour_area(is->corner, n) > 0.0 && !mill_contour_crosses(is->corner, n, at);
+}
+
+/* ---- the solid ---- */
+
+static const struct mill_key key[] = {{MILL_SOLID_LENGTH}, {.name = NULL}};
+
+/* Its buckles and lifters are left out: nothing that moves relative to it may enter them. */
+static int walls(const struct mill_body *is, struct mill_wall wall[MILL_WALLS])
+{
+    double low, high;
+    const int walls = mill_round_cylinder_solid.walls(is, wall);
+    find_reach(is, &low, &high);
+    wall[0].radius = low;
+    wall[0].own = &mill_contour_wall;
+    return is->open ? 1 : walls;
+}
+
+static struct mill_hull hull(const struct mill_body *is)
+{
+    double low, high;
+    find_reach(is, &low, &high);
+    return (struct mill_hull){0.5 * is->length, high, 0};
+}
+
+static double volume(const struct mill_body *is)
+{
+    return mill_contour_area(is->corner, is->corners) * is->length;
+}
+
+/* Adds a side without its end, as chords within the tolerance [m] */
+static void flatten(struct mill_ring *ring, struct mill_corner a, struct mill_corner b,
+                    double bulge, double tolerance)
+{
+    const double dx = b.x - a.x, dy = b.y - a.y, c = sqrt(dx * dx + dy * dy);
+    if (fabs(bulge) <= MOST_FLAT && 0.5 * fabs(bulge) * c <= tolerance) {
+        mill_ring_add(ring, a.x, a.y);
+        return;
+    }
+    const struct mill_corner middle = cut(&a, &b, &bulge);
+    flatten(ring, a, middle, bulge, tolerance);
+    flatten(ring, middle, b, bulge, tolerance);
+}
+
+static void outline(const struct mill_body *is, int wall, double tolerance, struct mill_mesh *mesh)
+{
+    struct mill_ring ring = {0};
+    for (size_t k = 0; k < is->corners; k++)
+        flatten(&ring, is->corner[k], is->corner[(k + 1) % is->corners], is->corner[k].bulge,
+                tolerance);
+    mill_mesh_prism(mesh, is, wall, &ring);
+    mill_ring_free(&ring);
+}
+
+const struct mill_solid mill_contour_solid = {.key = key,
+                                              .surface = &mill_contour_surface,
+                                              .is_sound = is_sound,
+                                              .volume = volume,
+                                              .outline = outline,
+                                              .walls = walls,
+                                              .hull = hull,
+                                              .moving = &mill_contour_solid};
+
+/* ---- the plan of squares ---- */
+
+struct mill_contour_nook mill_contour_nook_at(const struct mill_contour *c, double x, double y)
+{
+    const double i = (x - c->corner[0]) / c->size, k = (y - c->corner[1]) / c->size;
+    if (!(i >= 0.0 && k >= 0.0 && i < MILL_CONTOUR_SQUARES && k < MILL_CONTOUR_SQUARES))
+        return (struct mill_contour_nook){0.0, (double)INFINITY, -1, c->pieces};
+    return c->nook[(int)k * MILL_CONTOUR_SQUARES + (int)i];
+}
+
+struct planting {
+    struct mill_contour *c;
+    int32_t listed;
+};
+
+/* Lists the pieces near to each square of a block of `side` squares, from those near to a block
+ * around it. Within four half diagonals of a block's centre is all that is within eight of those of
+ * its quarter. */
+static bool plant(struct planting *p, int i, int k, int side, const int16_t *list, int count)
+{
+    struct mill_contour *c = p->c;
+    const double half = 0.5 * side * c->size, around = half * 1.4142135623730951 * (1.0 + 1e-9);
+    const double x = c->corner[0] + i * c->size + half, y = c->corner[1] + k * c->size + half;
+    double least = INFINITY;
+    int16_t *near = malloc(((size_t)count + 1) * sizeof *near);
+    double *d = malloc(((size_t)count + 1) * sizeof *d);
+    int kept = 0;
+    bool good = near && d;
+    for (int n = 0; good && n < count; n++)
+        least = fmin(least, d[n] = fabs(mill_contour_look(&c->piece[list[n]], x, y).d));
+    for (int n = 0; good && n < count; n++)
+        if (d[n] <= least + NEAR * around)
+            near[kept++] = list[n];
+    free(d);
+    if (good && side == 1) {
+        int16_t *more = c->list;
+        if (p->listed == 0 || (p->listed + kept) / LISTED > p->listed / LISTED)
+            more =
+                realloc(c->list, ((size_t)(p->listed + kept) / LISTED + 1) * LISTED * sizeof *more);
+        good = more;
+        if (good) {
+            c->list = more;
+            memcpy(c->list + p->listed, near, (size_t)kept * sizeof *near);
+            c->nook[k * MILL_CONTOUR_SQUARES + i] = (struct mill_contour_nook){
+                least - around - FINEST * c->far,
+                kept == c->pieces ? (double)INFINITY
+                                  : least + (NEAR - 1.0) * around - FINEST * c->far,
+                p->listed, kept};
+            p->listed += kept;
+        }
+    } else if (good) {
+        for (int n = 0; good && n < 4; n++)
+            good = plant(p, i + n % 2 * side / 2, k + n / 2 * side / 2, side / 2, near, kept);
+    }
+    free(near);
+    return good;
+}
+
+static bool make_plan(struct mill_contour *c)
+{
+    struct planting p = {c, 0};
+    const double wide = c->far * (1.0 + (c->half < (double)INFINITY ? 0.5 : 1e-3));
+    int16_t *all = malloc((size_t)c->pieces * sizeof *all);
+    c->nook = calloc((size_t)MILL_CONTOUR_SQUARES * MILL_CONTOUR_SQUARES, sizeof *c->nook);
+    c->corner[0] = c->corner[1] = -wide;
+    c->size = 2.0 * wide / MILL_CONTOUR_SQUARES;
+    for (int k = 0; all && k < c->pieces; k++)
+        all[k] = (int16_t)k;
+    const bool good = all && c->nook && plant(&p, 0, 0, MILL_CONTOUR_SQUARES, all, c->pieces);
+    free(all);
+    return good;
+}
+
+/* ---- as a shape ---- */
+
+void mill_contour_free(struct mill_shape *shape)
+{
+    struct mill_contour *c = (struct mill_contour *)shape;
+    free(c->piece);
+    free(c->nook);
+    free(c->list);
+}
+
+bool mill_contour_create(struct mill_shape *shape)
+{
+    struct mill_contour *c = (struct mill_contour *)shape;
+    const struct mill_body *is = &c->body.is;
+    shape->fixed = !shape->motion; /* it has no axis of symmetry */
+    c->body.convex.bounds = mill_motion_bounds(shape->motion, is->centre);
+    c->plain = vec3_norm(is->centre) == 0.0 && is->x.y == 1.0 && is->y.z == 1.0;
+    c->half = is->inside ? (double)INFINITY : 0.5 * is->length;
+    c->piece = make_pieces(is, &c->pieces);
+    c->low = INFINITY;
+    for (int k = 0; c->piece && k < c->pieces; k++) {
+        const struct mill_contour_piece *p = &c->piece[k];
+        measure(p, &c->low, &c->high);
+        c->far = fmax(c->far, sqrt(p->x * p->x + p->y * p->y) + p->half);
+        if (p->bend > 0.0)
+            shape->hollow =
+                shape->hollow > 0.0 ? fmin(shape->hollow, 0.5 / p->bend) : 0.5 / p->bend;
+    }
+    return c->piece && make_plan(c);
+}
