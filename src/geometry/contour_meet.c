@@ -410,12 +410,21 @@ static struct mill_hit next_contact(const struct mill_shape *shape, const struct
 
 /* ---- which pieces can a ball in a cell touch? ---- */
 
+/* Is some of the box around this place on the positive side of a line, or near to it? */
+static bool is_some_past(const double line[3], double x, double y, double half_x, double half_y)
+{
+    const double margin = 1e-9 * (fabs(x) + fabs(y) + half_x + half_y);
+    return mill_contour_past(line, x, y) + fabs(line[0]) * half_x + fabs(line[1]) * half_y >=
+           -margin;
+}
+
 /* Can a ball in the box around this place touch the piece? The box is divided into quarters. */
 static bool comes_near(const struct mill_contour_piece *p, double x, double y, double half_x,
                        double half_y, double reach, int depth)
 {
-    const struct mill_contour_view v = mill_contour_look(p, x, y);
-    if (fabs(v.d) > reach + sqrt(half_x * half_x + half_y * half_y))
+    const double d = mill_contour_look(p, x, y).d;
+    if (fabs(d) > reach + sqrt(half_x * half_x + half_y * half_y) ||
+        !is_some_past(p->from, x, y, half_x, half_y) || !is_some_past(p->to, x, y, half_x, half_y))
         return false;
     bool near = depth == 0;
     for (int k = 0; k < 4 && !near; k++)

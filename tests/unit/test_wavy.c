@@ -237,13 +237,14 @@ TEST(a_hop_below_the_rounding_of_a_position_takes_its_full_time)
         const vec3 middle = vec3_make(0.0, cos(turn), sin(turn));
         const struct joint j = random_joint(&seed, &m, f.radius);
         /* else in the middle of an arc, which is a joint where a wide arc is cut in two */
-        const bool at_joint = i % 3 == 0, cut = outer && p->half_outer > 80.0 * PI / 180.0;
+        const bool at_joint = i % 3 == 0, cut = outer ? p->half_outer > 1.4 : p->half_inner > 0.7;
         const vec3 up = at_joint ? j.normal : vec3_scale(middle, -1.0);
         f.path.r = vec3_axpy(at_joint ? j.at : vec3_scale(middle, rho), (i % 5 - 2) * 1e-17, up);
         f.path.v = vec3_scale(up, v);
         f.path.g = vec3_scale(up, -g);
         const double t = ask(m.drum, &f, 0.01, true).t;
-        if (at_joint || cut) { /* along the line between two arcs: by either of them, within rounding */
+        if (at_joint ||
+            cut) { /* along the line between two arcs: by either of them, within rounding */
             ck_assert_double_gt(t, 0.99 * v / g);
             ck_assert_double_eq_tol(gap_at(m.drum, &f, t), 0.0, 1e-16);
         } else {
