@@ -4,23 +4,30 @@ import csv
 import dataclasses
 import json
 import math
+import shutil
 import subprocess
 
+import h5py
 import numpy as np
 import pytest
-from conftest import PROGRAM, ROOT
+from conftest import PROGRAM, ROOT, SMALL
 from scipy.integrate import quad
 
+import milltools
+from milltools.__main__ import dispatch
+from milltools.base.errors import UserError
 from milltools.power import drum, models
 from milltools.power.models import MODELS, Mill
 from milltools.read.deck import Deck
+from milltools.read.runfile import Run
+from milltools.report import run_page
 
 BOND = ROOT / "input/bond.ini"
 FORMULA = {model.name: model for model in MODELS}
 D = 0.305
 JAR = Mill(D, D, 0.192325, 0.91396, ball=0.03683)  # Bond's mill, dry balls
 LARGE = Mill(5, 7, 0.35, 0.75, pulp=models.pulp(2700, 0.7), discharge="grate")
-DRUM = "[run]\ntime = 0.2 s\nsample_from = 0.1 s\nstarts = 1\n[drum]\nradius = 50 mm\nlength = 40 mm\nmotion = turn\n"
+DRUM = "[run]\ntime = 1.5 s\nsample_from = 0.5 s\nstarts = 4\n[drum]\nradius = 50 mm\nlength = 40 mm\nmotion = turn\n"
 DRUM += "[motion.turn]\nkind = turn\naxis = 1 0 0\nspeed = 90 rpm\n[balls]\ncount = 40\ndiameter = 10 mm\n"
 DRUM += "density = 7800 kg/m^3\n[contact]\nrestitution = 0.8\nfriction = 0.3\ntangential_restitution = 0.484\n"
 
@@ -238,16 +245,60 @@ def test_the_table_of_a_deck_has_each_model_with_its_basis(mill, the_program):
     assert max(map(len, lines)) <= 100
 
 
-def test_a_run_has_its_power_with_the_error_beside_each_model(mill, write_deck, the_program):
-    subprocess.run([PROGRAM, "-q", write_deck(DRUM), "-o", "a.h5"], cwd=write_deck(DRUM).parent, check=True)
-    done = mill("power", "a.h5", "--json")
-    found = json.loads(done.stdout)
-    value, error = found["simulated"]["value"], found["simulated"]["standard_error"]
-    assert value > 0 and found["simulated"]["basis"] == "charge net"
+@pytest.fixture(scope="module")
+def drum_run(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("drum")
+    (folder / "drum.ini").write_text(DRUM)
+    subprocess.run([PROGRAM, "-q", "drum.ini", "-o", "drum.h5"], cwd=folder, check=True)
+    return folder / "drum.h5"
+
+
+def test_a_run_has_its_power_with_the_error_beside_each_model(mill, drum_run):
+    found = json.loads(mill("power", drum_run, "--json").stdout)
+    with milltools.load(drum_run) as result:
+        power, error, table = result.power, result.power.error, result.power_models
+    assert found["simulated"] == {"value": power.value, "standard_error": error, "unit": "W", "basis": "charge net"}
     for row in found["models"]:
-        assert row["ratio"] == pytest.approx(value / row["value"])
-        assert (row["ratio_error"] is None) == (error is None)
-    assert "simulated" in mill("power", "a.h5").stdout
+        assert row["ratio"] == pytest.approx(power.value / row["value"])
+        assert row["ratio_error"] == pytest.approx(error / row["value"])
+    assert table["ratio"].tolist() == [row["ratio"] for row in found["models"]]
+    assert table.index.tolist() == [model.name for model in MODELS]
+    assert (
+        f"simulated      {1e3 * power.value:.1f} ± {1e3 * error:.1f} mW, charge net\n" in mill("power", drum_run).stdout
+    )
+
+
+def test_the_page_of_a_drum_has_what_the_formulas_give_to_its_charge(drum_run):
+    with Run(drum_run) as run:
+        rows = {name: remark for name, _, remark in run_page.balance(run)}
+        (ratio,) = (row["ratio"] for row in drum.beside(run) if row["model"] == "Morrell C net")
+    assert rows["power by Morrell C net"].startswith(f"charge net; simulated / formula {ratio:.1}")
+    assert "D 0.1 m, not 0.85 to 10.2 m" in rows["power by Hogg & Fuerstenau"]
+    assert "power by Bond" not in rows
+
+
+def test_the_page_of_another_mill_has_no_formulas(tmp_path, the_program):
+    (tmp_path / "deck.ini").write_text(SMALL)
+    subprocess.run([PROGRAM, "-q", "deck.ini", "-o", "a.h5"], cwd=tmp_path, check=True)
+    with Run(tmp_path / "a.h5") as run:
+        assert not [name for name, *_ in run_page.balance(run) if name.startswith("power by")]
+
+
+@pytest.mark.parametrize("value", ["1e200", "1e-200", "0", "nan", "1e308 1 1", "x"])
+@pytest.mark.parametrize(
+    "key",
+    ["balls/diameter", "balls/count", "drum/radius", "motion.turn/axis", "motion.turn/speed", "gravity/acceleration"],
+)
+def test_a_damaged_drum_gets_one_line_with_its_file(tmp_path, drum_run, capfd, key, value):
+    path = tmp_path / "a.h5"
+    shutil.copy(drum_run, path)
+    with h5py.File(path, "r+") as file:
+        del file[f"deck/{key}"]
+        file[f"deck/{key}"] = value
+    with pytest.raises(UserError) as fault:
+        dispatch(["power", str(path)])
+    assert fault.value.status == 2 and len(fault.value.lines) == 1 and str(path) in str(fault.value)
+    assert capfd.readouterr() == ("", "")
 
 
 def test_a_wet_mill_has_pulp_in_its_voids(mill, the_program):

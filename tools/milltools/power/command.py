@@ -9,7 +9,7 @@ from milltools.base.errors import UserError
 from milltools.base.progress import say
 from milltools.base.text import MINUS, SPACE, THIN, brief, columns, number, quantity, with_error
 from milltools.power import drum, models
-from milltools.power.models import DISCHARGES, MODELS, Mill
+from milltools.power.models import DISCHARGES, Mill
 from milltools.read import values
 from milltools.read.deck import Deck
 from milltools.read.runfile import Run, kind_of
@@ -59,22 +59,6 @@ def _wet(arguments) -> dict[str, Any]:
     return {} if kind == "dry" else {"discharge": kind, "ore": ore, "pulp": models.pulp(ore, solids)}
 
 
-def table(mill: Mill, drawn: tuple[float, float], angle: float = models.REPOSE) -> list[dict[str, Any]]:
-    """A row for each model: name, value [W], basis, source, outside (in which respects the mill is out of its range;
-    "" if in none), ratio (simulated / value) and ratio_error of the simulated power (value, standard error)."""
-    rows = []
-    for model in MODELS:
-        value = model.of(mill)
-        if model.power is models.hogg_fuerstenau:
-            value *= math.sin(angle) / math.sin(models.REPOSE)
-        ratio, error = (part / value for part in drawn)
-        rows.append({
-            "model": model.name, "value": value, "unit": "W", "basis": model.basis, "ratio": ratio,
-            "ratio_error": error, "outside": model.outside(mill), "mills": model.mills, "source": model.source,
-        })  # fmt: skip
-    return rows
-
-
 def _plain(shown) -> str:
     return str(shown).replace(SPACE, " ").replace(THIN, " ")
 
@@ -122,7 +106,7 @@ def run(arguments) -> Answer:
     else:
         deck = Deck.check(path, arguments.set)
         mill = drum.mill_of(deck, **wet)
-    rows = table(mill, drawn, angle)
+    rows = drum.rows(mill, drawn, angle)
     lines = columns([(name, value) for name, value in _about(mill)], left=(0, 1))
     if is_run:
         lines.append(f"{'simulated':<15}{_plain(with_error(*drawn, 'W'))}, {models.NET}")

@@ -1,6 +1,7 @@
 """The mill of a deck, as the formulas of `models` know it; the power of a run beside what they give."""
 
 import math
+from typing import Any
 
 import numpy as np
 
@@ -12,7 +13,15 @@ from milltools.power.models import Mill
 from milltools.read.deck import Deck
 
 SLACK = 1e-6  # of a direction
+LARGEST = 1e6  # of every size, in SI
 GRAVITIES = 0.99 * models.GRAVITY, 1.01 * models.GRAVITY
+
+
+def _vector(deck: Deck, key: str, usual: tuple[float, float, float]) -> np.ndarray:
+    found = np.array(usual if deck.value(key) is None else deck.numbers(key))
+    if found.shape != (3,) or not np.abs(found).max() < LARGEST:
+        raise UserError(f"{deck.path}: damaged: {key}")
+    return found
 
 
 def why_not(deck: Deck) -> str:
@@ -22,7 +31,7 @@ def why_not(deck: Deck) -> str:
     inside = [name for name in deck.bodies if deck.value(f"body.{name}.side") == "inside"]
     if inside:
         return f"body.{plain(inside[0])} contains the balls, not a drum"
-    gravity = np.array(deck.numbers("gravity.acceleration") or [0, 0, -models.GRAVITY])
+    gravity = _vector(deck, "gravity.acceleration", (0, 0, -models.GRAVITY))
     size = float(np.linalg.norm(gravity))
     if abs(gravity[0]) > SLACK * size:
         return "its axis is not horizontal"
@@ -35,8 +44,8 @@ def why_not(deck: Deck) -> str:
         place = f"motion.{own}"
         if deck.value(f"{place}.kind", "turn") != "turn" or deck.value(f"{place}.on", ""):
             return f"{plain(place)} does not just turn"
-        axis = np.array(deck.numbers(f"{place}.axis") or [1, 0, 0])
-        centre = np.array(deck.numbers(f"{place}.centre") or [0, 0, 0])
+        axis = _vector(deck, f"{place}.axis", (1, 0, 0))
+        centre = _vector(deck, f"{place}.centre", (0, 0, 0))
         radius = deck.number("drum.radius")
         if np.abs(axis[1:]).max() > SLACK * np.abs(axis).max() or np.abs(centre[1:]).max() > SLACK * radius:
             return f"{plain(place)} does not turn about the drum's axis"
@@ -46,7 +55,7 @@ def why_not(deck: Deck) -> str:
         return f"{plain(others[0])} does not turn with the drum"
     if not rate(deck):
         return "the drum does not turn"
-    return "" if deck.mass > 0 else "it has no balls"
+    return "" if any(kind.count for kind in deck.species) else "it has no balls"
 
 
 def rate(deck: Deck) -> float:
@@ -60,14 +69,23 @@ def mill_of(deck: Deck, **more) -> Mill:
     the circle with the area of the drum's cross-section. UserError if `why_not` has a reason."""
     if why := why_not(deck):
         raise UserError(f"{deck.path}: expected a horizontal drum that turns about its axis: {why}")
-    area, length = Profile.of(deck.value).area, deck.number("drum.length")
-    solid = sum(kind.count * kind.mass / kind.density for kind in deck.species)
-    diameter, voidage = 2 * math.sqrt(area / math.pi), 0.4
-    return Mill(
-        diameter, length, solid / (1 - voidage) / (area * length),
-        rate(deck) / math.sqrt(2 * models.GRAVITY / diameter), deck.mass / solid, voidage=voidage,
-        ball=max(kind.diameter for kind in deck.species if kind.count), **more,
-    )  # fmt: skip
+    kinds, voidage = [kind for kind in deck.species if kind.count], 0.4
+    try:
+        area = Profile.of(deck.value).area
+    except UserError as fault:
+        raise UserError(f"{deck.path}: {fault}") from None
+    length, largest = deck.number("drum.length"), max(kind.diameter for kind in kinds)
+    diameter, turns = 2 * math.sqrt(area / math.pi), rate(deck)
+    sizes = diameter, length, turns, *(size for kind in kinds for size in (kind.diameter, kind.density))
+    if not all(1 / LARGEST < size < LARGEST for size in sizes):
+        raise UserError(f"{deck.path}: no mill has these sizes")
+    masses = [kind.count * kind.mass for kind in kinds]
+    solid = sum(mass / kind.density for mass, kind in zip(masses, kinds))
+    filling = solid / (1 - voidage) / (area * length)
+    if filling > 1 / (1 - voidage):
+        raise UserError(f"{deck.path}: its balls are larger than the drum")
+    speed = turns / math.sqrt(2 * models.GRAVITY / diameter)
+    return Mill(diameter, length, filling, speed, sum(masses) / solid, voidage=voidage, ball=largest, **more)
 
 
 def simulated(run) -> tuple[float, float]:
@@ -75,3 +93,26 @@ def simulated(run) -> tuple[float, float]:
     run.need_statistics()
     path = f"{run.drive}/power"
     return float(run.statistic(path)), run.standard_error(path)
+
+
+def rows(mill: Mill, drawn: tuple[float, float], angle: float = models.REPOSE) -> list[dict[str, Any]]:
+    """A row for each model: name, value [W], basis, source, outside (in which respects the mill is out of its range;
+    "" if in none), ratio (simulated / value) and ratio_error of the simulated power (value, standard error)."""
+    found = []
+    for model in models.MODELS:
+        value = model.of(mill)
+        if model.power is models.hogg_fuerstenau:
+            value *= math.sin(angle) / math.sin(models.REPOSE)
+        ratio, error = (part / value for part in drawn)
+        found.append({
+            "model": model.name, "value": value, "unit": "W", "basis": model.basis, "ratio": ratio,
+            "ratio_error": error, "outside": model.outside(mill), "mills": model.mills, "source": model.source,
+        })  # fmt: skip
+    return found
+
+
+def beside(run) -> list[dict[str, Any]]:
+    """`rows` of a run; empty where it has no results, or its mill is none for the formulas."""
+    if run.unsampled or why_not(run.as_deck):
+        return []
+    return rows(mill_of(run.as_deck), simulated(run))
