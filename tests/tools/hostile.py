@@ -321,7 +321,6 @@ def commands(path, base, out):
         "stl": ["export", path, out / "m.stl", "--time", "30 ms"],
         "wear": ["wear", path],
         "dose": ["dose", path],
-        "power": ["power", path],
         "render": ["render", path, out / "s.png", "--size", "64x64"],
         "pov": ["render", path, out / "s.pov", "--size", "64x64", "--pov"],
     }
