@@ -10,7 +10,7 @@ import subprocess
 import h5py
 import numpy as np
 import pytest
-from conftest import PROGRAM, ROOT, SMALL
+from conftest import PROGRAM, ROOT, SMALL, run_mill
 from scipy.integrate import quad
 
 import milltools
@@ -21,6 +21,8 @@ from milltools.power.models import MODELS, Mill
 from milltools.read.deck import Deck
 from milltools.read.runfile import Run
 from milltools.report import run_page
+from milltools.study.show import outputs, page, tumbling
+from milltools.study.show.data import StudyView, opened
 
 BOND = ROOT / "input/bond.ini"
 FORMULA = {model.name: model for model in MODELS}
@@ -324,3 +326,54 @@ def test_a_wet_mill_has_pulp_in_its_voids(mill, the_program):
 def test_a_wrong_option_is_one_line_and_status_2(mill, the_program, words, line):
     done = mill("power", BOND, *words)
     assert (done.returncode, done.stdout, done.stderr) == (2, "", f"mill power: {line}\n")
+
+
+# ---- a study
+
+
+SPEEDS = "[study]\ndeck = drum.ini\nmaximise = power\n[set]\nrun.time = 0.2 s\nrun.sample_from = 0.1 s\n[vary]\n"
+SPEEDS += "motion.turn.speed = 60, 80, 100 rpm\nballs.bulk_fill = 20, 30 %\n"
+
+
+@pytest.fixture(scope="module")
+def study(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("study")
+    (folder / "drum.ini").write_text(DRUM)
+    (folder / "speeds.study").write_text(SPEEDS)
+    assert run_mill(folder, "sweep", "speeds.study", "--workers", "1", "--no-picture").returncode == 0
+    return folder
+
+
+@pytest.mark.slow
+def test_a_study_of_the_speed_has_the_formulas_as_curves_for_each_filling(study):
+    _, view = opened(study / "speeds.parquet")
+    found = tumbling.mills(view, view.objectives[0])
+    by_critical = [mill.speed * mill.critical * 30 / math.pi for mill in found]
+    assert by_critical == pytest.approx(view.designs["motion.turn.speed"] * 30 / math.pi)
+    assert [mill.filling for mill in found] == pytest.approx(view.designs["balls.bulk_fill"], abs=0.012)  # whole balls
+    (ax,) = tumbling.draw(view, view.objectives[0], found).axes
+    assert ax.get_legend_handles_labels()[1][:2] == list(tumbling.CURVES.values())
+    curves = [line for line in ax.lines if len(line.get_xdata()) == 201]
+    assert len(curves) == 2 * 2 * 2  # fillings, formulas, faint and in range
+    assert curves[0].get_ydata()[0] == pytest.approx(models.morrell_net(found[0]))
+    assert "tumbling" in [kind for kind, *_ in outputs.figures(view, view.objectives[0])]
+
+
+@pytest.mark.slow
+def test_a_study_of_another_mill_has_no_such_picture(study):
+    _, view = opened(study / "speeds.parquet")
+    other = {**view.meta, "deck": view.meta["deck"].replace("motion = turn", "")}
+    assert tumbling.mills(StudyView("other", other, view.rows), view.objectives[0]) == []
+    assert tumbling.mills(view, view.aim("power / mass")) == []
+
+
+@pytest.mark.slow
+def test_a_design_whose_filling_stands_for_the_number_of_balls_turns_in_the_page(study):
+    _, view = opened(study / "speeds.parquet")
+    assert 'class="missing"' not in page._mill(view, 0, 1_000_000)
+
+
+@pytest.mark.slow
+def test_the_cost_of_a_study_whose_runs_have_starts_is_told(study):
+    done = run_mill(study, "sweep", "speeds.study", "--dry-run", "-o", "other.parquet")
+    assert done.returncode == 0 and "\ncost       about " in done.stdout
