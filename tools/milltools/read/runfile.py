@@ -11,6 +11,7 @@ UserError names the file and the dataset, and what option of the run would store
 
 import functools
 import math
+import os
 import pathlib
 import re
 from collections.abc import Iterable
@@ -93,7 +94,7 @@ def turned(angle: float) -> np.ndarray:
     return np.array([[1, 0, 0, 0], [0, c, -s, 0], [0, s, c, 0]])
 
 
-def kind_of(path: object) -> str:
+def kind_of(path: str | os.PathLike[str]) -> str:
     """ "run" or "deck", from the first bytes; UserError if the file is neither."""
     try:
         with opened(path, "a run or a deck") as file:
