@@ -43,6 +43,7 @@ NEAREST = {
     "tools/milltools/compare/ agreement finding load map_deviation rows": "tools/test_compare_errors "
     "tools/test_compare+ tools/test_moving_mills+",
     "tools/milltools/dose/ dose laws wear": "tools/test_dose+ tools/test_figures",
+    "tools/milltools/power/ drum models": "tools/test_power",
     "tools/milltools/read/ expression histogram results sums": "tools/test_expression tools/test_dose+ tools/test_api "
     "tools/test_compare+ tools/test_figures",
     "tools/milltools/study/search/ acquisition gp sensitivity space": "tools/test_gp+ tools/test_acquisition+ "

@@ -19,10 +19,9 @@ from conftest import ROOT
 from export_run import run_file  # noqa: F401
 
 from milltools.base.errors import InputError, MissingFileError, UserError
-from milltools.export.source import about
 from milltools.read.deck_text import read_text
 from milltools.read.hdf5 import Store
-from milltools.read.runfile import Run
+from milltools.read.runfile import Run, kind_of
 from milltools.render.encode import probe
 from milltools.study.plan.table import Table
 
@@ -227,7 +226,7 @@ def test_a_folder_and_a_missing_file_are_told_in_one_way(tmp_path, read):
 def test_a_fifo_is_neither_a_run_nor_read(tmp_path):
     """Its kind is left to millsim, which reads a pipe that has a writer: nothing may be taken out of it before."""
     os.mkfifo(tmp_path / "fifo")
-    assert about(tmp_path / "fifo") == "deck"
+    assert kind_of(tmp_path / "fifo") == "deck"
 
 
 def test_memory_is_bounded_by_what_a_file_can_hold(copy):

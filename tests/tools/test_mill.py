@@ -117,7 +117,7 @@ def test_wrong_usage_is_one_line_and_status_2(mill, words, line):
 
 
 # a call of every command for test_json_is_one_object, and members that its object has; files a.h5, b.h5, deck.ini,
-# a.study and a.parquet are there
+# drum.ini, a.study and a.parquet are there
 CALLS = {
     "studio": ("deck.ini -o studio.html", {"files": ["studio.html"]}),
     "watch": ("a.h5 --no-browser --until-done", {"files": [], "run": "a.h5", "state": "complete"}),
@@ -125,6 +125,7 @@ CALLS = {
     "report": ("a.h5 -o a.html --rerun never", {"files": ["a.html"]}),
     "dose": ("a.h5", {"files": [], "run": "a.h5"}),
     "wear": ("a.h5", {"files": [], "run": "a.h5"}),
+    "power": ("drum.ini", {"files": [], "deck": "drum.ini"}),
     "render": ("a.h5 a.png --size 160x120 --quality draft", {"files": ["a.png"], "pictures": 1, "size": [160, 120]}),
     "dem": ("deck.ini --script dem", {"folder": "dem"}),
     "check": ("deck.ini --time 5ms --starts 2 --modulus 100MPa", {"starts": 2, "folder": "deck-check"}),
@@ -142,6 +143,7 @@ def place(tmp_path_factory):
     """The files of CALLS."""
     folder = tmp_path_factory.mktemp("json")
     (folder / "deck.ini").write_text(SMALL)
+    shutil.copy(ROOT / "input/bond.ini", folder / "drum.ini")
     small = STUDY.replace("300, 600, 900", "300, 600").replace("balls.count = 40..60 step 20\n", "")
     (folder / "a.study").write_text(small)
     (folder / "a.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n")

@@ -19,7 +19,7 @@ from conftest import ROOT
 
 from milltools.__main__ import dispatch
 from milltools.base.errors import UserError
-from milltools.export import source
+from milltools.read import runfile
 from milltools.study.plan import filling, options
 from milltools.study.plan.table import Table, Writer
 from milltools.study.show import canvas, contour, data, optimum, outputs, page, pair, slices, summary
@@ -237,7 +237,7 @@ def test_the_command_that_shows_a_table_does_not_take_its_name_for_an_option(tmp
         line, _ = filling.last_words(table, "mill sweep")
     assert re.search(r"^-x.parquet: 3 runs .*: .* study ./-x.parquet$", line)
     with pytest.raises(UserError, match=r"this shows it: .* study ./-x.parquet$"):
-        source.about("-x.parquet")
+        runfile.kind_of("-x.parquet")
 
 
 # ---- runs that computed contacts without friction

@@ -46,6 +46,8 @@ COMMANDS = (
             "dose reference.h5"),
     Command("wear", "which parts of the mill the balls wear, by part and face: impacts, power, depth",
             "wear reference.h5"),
+    Command("power", "the power of a tumbling mill by Morrell, Bond, Hogg & Fuerstenau, Austin, beside its run",
+            "power input/bond.ini"),
     Command("render", "3D pictures and films of a run, in slow motion or next to a film of a camera",
             "render reference.h5 movie.mp4 --slow 50"),
     Command("check", "do hard spheres hold for a mill? runs it with soft ones, too, and says so in a sentence",

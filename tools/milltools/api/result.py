@@ -145,6 +145,18 @@ class Result:
         return self.drive
 
     @property
+    def power_models(self) -> pandas.DataFrame:
+        """The power of a horizontal drum by the field's formulas, one per row (docs/tumbling.md); columns value [W],
+        ratio (simulated power / value), ratio_error, basis (where the power is taken), outside (in which respects the
+        mill is out of the formula's range), source. InputError for other mills."""
+        from milltools.power import drum
+
+        run = self.file
+        rows = drum.rows(drum.mill_of(run.as_deck), drum.simulated(run))
+        units = {"value": "W", "ratio": "1", "ratio_error": "1", "basis": "", "outside": "", "source": ""}
+        return _table([[row[name] for name in units] for row in rows], units, [row["model"] for row in rows], "model")
+
+    @property
     def torque(self) -> Measurement:
         """Mean torque of the rotor on the balls about +x [N m]; error as for power."""
         return self._measured("rotor/torque")

@@ -14,8 +14,8 @@ from milltools.base.answer import Answer
 from milltools.base.errors import UserError
 from milltools.base.files import keep_apart
 from milltools.base.processes import stops_in_order
-from milltools.export.source import about
 from milltools.geometry.solids import PARTS
+from milltools.read.runfile import kind_of
 
 SUMMARY = """Writes a mill and its balls for other programs; the suffix of the file chooses the format. From a run: .gsd
 (OVITO, HOOMD, freud) and .pvd (ParaView, PyVista; a file and a folder) contain its frames, .vtp one frame, .csv a table
@@ -109,7 +109,7 @@ def writer(arguments):
 
 def run(arguments: argparse.Namespace) -> Answer:
     write = writer(arguments)
-    about(arguments.source)
+    kind_of(arguments.source)
     keep_apart(arguments.file, [arguments.source])
     with stops_in_order():  # otherwise half a file, or a folder of half a run, would stay behind
         said, facts = write(arguments)

@@ -39,7 +39,7 @@ def _mill(arguments, run):
 def collection(arguments, makers):
     """Writes balls.pvd and balls/balls_0000.vtp ... A maker gives, for a run, a name and a function write(frame, time
     [s], path) -> bytes. Of several parts, the later ones are balls/balls_0000_1.vtp ..."""
-    if source.about(arguments.source) == "deck" and _mill in makers:
+    if source.kind_of(arguments.source) == "deck" and _mill in makers:
         raise UserError(f"{arguments.file}: a deck has no frames: give a run, or write .stl or .vtp")
     with source.open_run(arguments) as run:
         return _collection(arguments, run, [make(arguments, run) for make in makers])

@@ -6,38 +6,20 @@ import numpy as np
 
 from milltools.base.engine import MILLSIM, command_line
 from milltools.base.errors import UserError
-from milltools.base.files import opened
 from milltools.base.progress import Progress
 from milltools.base.text import plural
 from milltools.read.deck import Deck
 from milltools.read.deck_text import read_text
-from milltools.read.runfile import Run
+from milltools.read.runfile import Run, kind_of
 from milltools.read.values import seconds
 
 SLACK = 1e-6  # of the interval of frames: a time this close to a frame counts as its time
 
 
-def about(path) -> str:
-    """ "run" or "deck", from the first bytes; UserError if the file is neither."""
-    try:
-        with opened(path, "a run or a deck") as file:
-            head = file.read(512)
-    except UserError:
-        return "deck"  # millsim then reports what is wrong
-    if head.startswith(b"\x89HDF\r\n\x1a\n"):
-        return "run"
-    if head.startswith(b"PAR1"):
-        shown = command_line("study", pathlib.Path(path))
-        raise UserError(f"{path}: a table of a study, not a run or a deck; this shows it: {shown}")
-    if b"\0" in head:
-        raise UserError(f"{path}: neither the output file of a run (HDF5) nor a deck (text)")
-    return "deck"
-
-
 def open_run(arguments) -> Run:
     """The requested run; UserError for a deck, which has no results."""
     path = arguments.source
-    if about(path) == "deck":
+    if kind_of(path) == "deck":
         read_text(path)
         again = command_line(pathlib.Path(path), program=MILLSIM)
         raise UserError(f"{path}: expected the output file of a run, got a deck; this runs it: {again}")
@@ -48,7 +30,7 @@ def open_run(arguments) -> Run:
 
 def deck_of(arguments) -> Deck:
     """The deck of a run, or the given deck."""
-    if about(arguments.source) == "deck":
+    if kind_of(arguments.source) == "deck":
         return Deck.check(arguments.source, arguments.set)
     with open_run(arguments) as run:
         if not run.deck_text():

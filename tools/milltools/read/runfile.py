@@ -11,6 +11,8 @@ UserError names the file and the dataset, and what option of the run would store
 
 import functools
 import math
+import os
+import pathlib
 import re
 from collections.abc import Iterable
 from typing import Any, NamedTuple
@@ -18,7 +20,9 @@ from typing import Any, NamedTuple
 import h5py
 import numpy as np
 
+from milltools.base.engine import command_line
 from milltools.base.errors import UserError
+from milltools.base.files import opened
 from milltools.base.text import quantity
 from milltools.read import rules
 from milltools.read.deck import Deck, Species
@@ -88,6 +92,23 @@ def turned(angle: float) -> np.ndarray:
     """The pose (3, 4) after a rotation about x by an angle [rad]."""
     c, s = math.cos(angle), math.sin(angle)
     return np.array([[1, 0, 0, 0], [0, c, -s, 0], [0, s, c, 0]])
+
+
+def kind_of(path: str | os.PathLike[str]) -> str:
+    """ "run" or "deck", from the first bytes; UserError if the file is neither."""
+    try:
+        with opened(path, "a run or a deck") as file:
+            head = file.read(512)
+    except UserError:
+        return "deck"  # millsim then reports what is wrong
+    if head.startswith(b"\x89HDF\r\n\x1a\n"):
+        return "run"
+    if head.startswith(b"PAR1"):
+        shown = command_line("study", pathlib.Path(path))
+        raise UserError(f"{path}: a table of a study, not a run or a deck; this shows it: {shown}")
+    if b"\0" in head:
+        raise UserError(f"{path}: neither the output file of a run (HDF5) nor a deck (text)")
+    return "deck"
 
 
 class Run(Store):

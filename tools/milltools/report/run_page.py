@@ -8,9 +8,10 @@ import pathlib
 
 from milltools import pages
 from milltools.base.errors import UserError
-from milltools.base.text import Number, column, count, lines, plain, scaled, share, small, with_error
+from milltools.base.text import Number, brief, column, count, lines, plain, scaled, share, small, with_error
 from milltools.dose import dose, wear
 from milltools.player import parts, player
+from milltools.power import drum, models
 from milltools.read import kinds, motions
 from milltools.read.runfile import FORMS
 from milltools.read.wear import why_not
@@ -70,6 +71,7 @@ def balance(run) -> list[tuple[str, object, str]]:
         mean = facts.mean(run, f"{run.driven}/{name}", unit)
         if mean is not None:
             found.append((f"{run.driven} {name}", mean, facts.drive_remark(run)))
+    found += formulas(run)
     for name in run.motions if run.driven == "drive" else ():
         power, torque = (facts.mean(run, f"motions/{name}/{what}", unit) for what, unit in facts.DRIVE)
         if power is not None:
@@ -85,6 +87,17 @@ def balance(run) -> list[tuple[str, object, str]]:
         turned, error = (float(run.about(f"energy_{name}")) for name in ("turnover", "balance_error"))
         remark = f"of {scaled(turned, 'J')} turned over ({small(error)})"
         found.append(("energy error", scaled(error * turned, "J"), remark))
+    return found
+
+
+def formulas(run) -> list[tuple[str, object, str]]:
+    """The power that formulas of the field give to the charge of a horizontal drum; empty for other mills."""
+    found = []
+    for row in drum.beside(run):
+        if row["basis"] == models.NET:
+            remark = f"{row['basis']}; simulated / formula {brief(row['ratio'], row['ratio_error'], '')}"
+            remark += f"; outside of its range: {row['outside']}" * bool(row["outside"])
+            found.append((f"power by {row['model']}", scaled(row["value"], "W"), remark))
     return found
 
 

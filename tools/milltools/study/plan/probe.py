@@ -96,7 +96,8 @@ def _look(study, job):
 # ---- the cost of a study
 
 SAID = re.compile(
-    r"forecast: (at least |at most |about )?(\S+) contacts, (\S+) s of processor time, (\S+) MB of memory"
+    r"forecast: (at least |at most |about )?(\S+) contacts(?: in \d+ starts)?, "
+    r"(\S+) s of processor time, (\S+) MB of memory"
 )
 TABLE = 15e3  # [byte] of a row, with its spectra
 

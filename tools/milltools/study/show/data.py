@@ -17,6 +17,7 @@ import functools
 import math
 import pathlib
 import re
+from fnmatch import fnmatchcase
 
 import numpy as np
 import pandas as pd
@@ -47,6 +48,7 @@ WORDS = {
 }
 SHORT = {"drum.buckles": "n", "drum.buckle_height": "h"}
 # where a table does not tell
+VARIED = "varied"  # stands for the value of a varied key in what is common
 UNKNOWN = dict.fromkeys(("unit", "meaning", "log", "low", "high", "values")) | {"choices": ()}
 WITHIN = (1 + gp.CONFIDENCE) / 2  # share below the upper end of an interval
 TURNING = {"rad/s": ("rpm", math.tau / 60), "rad": ("deg", math.pi / 180)}
@@ -380,6 +382,40 @@ class StudyView:
         """A design in words: "n = 6, h = 6.5 mm"."""
         line = self.designs.iloc[design]
         return ", ".join(f"{a.short} = {a.tell(line[a.key])}" for a in self.axes)
+
+
+# ---- the deck of a design
+
+
+def settings(view, design, words=()) -> list[str]:
+    """The varied keys of a design as `millsim --set` takes them: in SI, or as `words` has them, see spoken()."""
+    line, common, found = view.designs.iloc[design], view.meta.get("common") or {}, []
+    for entry in view.meta["vary"]:
+        key, value = entry["key"], line[entry["key"]]
+        text = repr(float(value)) if entry["kind"] == "number" else str(value)
+        names = [name for name in common if fnmatchcase(name, key)] if "*" in key else [key]
+        order = (text, entry.get("unit") or "1")
+        if entry["kind"] == "number" and (key, float(value)) in words:
+            order = words[key, float(value)], "1"
+        found += [values.order(name, *order) for name in names]
+    return found
+
+
+def common(view) -> dict[str, str]:
+    """{section.key: text} of what all designs have. `settings` belong to it as `millsim --set` takes them: a varied
+    balls.fill replaces a balls.count."""
+    keys = view.meta.get("common") or {}
+    own = {key: text for key, text in keys.items() if "." in key and not key.startswith("study.")}
+    return {key: text for key, text in own.items() if text != VARIED}
+
+
+def written(keys: dict[str, str]) -> str:
+    """A deck with these {section.key: text}."""
+    sections: dict[str, list[str]] = {}
+    for key, text in keys.items():
+        section, _, name = key.rpartition(".")
+        sections.setdefault(section, []).append(f"{name} = {text}")
+    return "\n".join(line for name, lines in sections.items() for line in (f"[{name}]", *lines)) + "\n"
 
 
 # ---- the table that belongs to a name

@@ -6,7 +6,7 @@ import pathlib
 from milltools.base.files import whole, write_csv, write_text
 from milltools.base.text import plain
 from milltools.figures import style
-from milltools.study.show import contour, optimum, pair, slices, summary, tradeoff
+from milltools.study.show import contour, optimum, pair, slices, summary, tradeoff, tumbling
 from milltools.study.show.data import Scale, StudyView
 
 DOTS = 200  # an inch of a picture
@@ -27,6 +27,9 @@ def figures(view, objective, sensitivities=(), beside=None, wanted=None, **optio
         yield "contour", "Over two keys", words, part(contour.draw, view, objective, **options)
     words = f"{what} along each varied key through the best design, with 95 % error bars"
     yield "slices", "Along each key", words, part(slices.draw, view, objective)
+    if found := tumbling.mills(view, objective):
+        words = f"{what} over the share of the critical speed, with the curves of Morrell and of Hogg & Fuerstenau"
+        yield "tumbling", "Over the critical speed", words, part(tumbling.draw, view, objective, found)
     if found := tradeoff.pairs(view, objective):
         what = " and ".join(dict.fromkeys(f"{pair.y.words} over {pair.x.words}" for pair in found))
         words = f"{what} of every design, the designs that no other beats in both, and their 95 % error bars"

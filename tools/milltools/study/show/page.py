@@ -8,7 +8,6 @@ import math
 import pathlib
 import shlex
 import tempfile
-from fnmatch import fnmatchcase
 
 import matplotlib
 import numpy as np
@@ -23,6 +22,7 @@ from milltools.player import parts, player
 from milltools.read import values
 from milltools.read.runfile import Run
 from milltools.study.show import contour, optimum, pair, summary, tradeoff
+from milltools.study.show.data import common, settings, written
 
 FOLDER = pathlib.Path(__file__).parent
 MOST_MILLS = 6
@@ -144,20 +144,6 @@ def _plane(view, objective):
 # ---- the mills
 
 
-def settings(view, design, words=()) -> list[str]:
-    """The varied keys of a design as `millsim --set` takes them: in SI, or as `words` has them, see spoken()."""
-    line, common, found = view.designs.iloc[design], view.meta.get("common") or {}, []
-    for entry in view.meta["vary"]:
-        key, value = entry["key"], line[entry["key"]]
-        text = repr(float(value)) if entry["kind"] == "number" else str(value)
-        names = [name for name in common if fnmatchcase(name, key)] if "*" in key else [key]
-        order = (text, entry.get("unit") or "1")
-        if entry["kind"] == "number" and (key, float(value)) in words:
-            order = words[key, float(value)], "1"
-        found += [values.order(name, *order) for name in names]
-    return found
-
-
 def spoken(view) -> dict:
     """{(key, value [SI]): "800 rpm"} of the varied numbers, in the unit of the study, where millsim reads this as the
     same number to the last bit."""
@@ -176,9 +162,9 @@ def spoken(view) -> dict:
 def to_run(view, objective) -> tuple[list[int], float]:
     """The designs to run again for their frames: the best, the knee, the front, then others by the objective; and the
     time that this takes [s]."""
-    common = view.meta.get("common") or {}
+    given = view.meta.get("common") or {}
     best = optimum.find(view, objective)
-    if best is None or not common or "the start file" in common:
+    if best is None or not given or "the start file" in given:
         return [], 0.0
     shown = tradeoff.pairs(view, objective)
     aims = (shown[0].y, shown[0].x) if shown else ()
@@ -206,22 +192,19 @@ def _row(view, design):
 def _mill(view, design, most_bytes) -> str:
     """The player of a design, or a sentence why there is none."""
     row = _row(view, design)
-    chosen = dict(text.split("=", 1) for text in settings(view, design)) | {"run.seed": str(row["seed"])}
-    chosen["output.frames"] = f"{max(0.01, float(row['time']) / 50)!r} s"
-    keys = {k: text for k, text in {**view.meta["common"], **chosen}.items() if "." in k and not k.startswith("study.")}
-    sections = {}
-    for key, text in keys.items():
-        section, _, name = key.rpartition(".")
-        sections.setdefault(section, []).append(f"{name} = {text}")
-    deck = "\n".join(line for name, lines in sections.items() for line in (f"[{name}]", *lines)) + "\n"
+    orders = [*settings(view, design), f"run.seed={row['seed']}"]
+    orders.append(f"output.frames={max(0.01, float(row['time']) / 50)!r} s")
+    keys = common(view)
     try:
-        files = [one.text for one in values.tell(f"{key}={text}" for key, text in keys.items()) if one.is_file]
+        told = values.tell([*(f"{key}={text}" for key, text in keys.items()), *orders])
+        files = [one.text for one in told if one.is_file]
         if files:  # of this computer, and the table may be a stranger's
             raise UserError(f"not run again for the page, because its deck names the file {files[0]}")
         with tempfile.TemporaryDirectory(prefix="mill-") as folder:
             file = pathlib.Path(folder) / "mill.ini"
-            file.write_text(deck, encoding="utf-8")
-            engine.ask("--quiet", "-o", file.with_suffix(".h5"), "--", file)
+            file.write_text(written(keys), encoding="utf-8")
+            sets = [word for order in orders for word in ("--set", order)]
+            engine.ask("--quiet", *sets, "-o", file.with_suffix(".h5"), "--", file)
             with Run(file.with_suffix(".h5")) as run:
                 return parts.balls([run], "auto", lambda line: None, lambda line: None, most_bytes)[0]
     except UserError as fault:
