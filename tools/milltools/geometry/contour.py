@@ -220,15 +220,15 @@ class Contour:
         """Pairs i < j of pieces whose boxes meet."""
         eps, order = TINY * self.size, np.argsort(self._low[:, 0], kind="stable")
         last = np.searchsorted(self._low[order, 0], self._high[order, 0] + eps, side="right")
-        pairs = []
-        for k, (one, end) in enumerate(zip(order, last)):
-            others = order[k + 1 : end]
-            meet = (self._low[others, 1] <= self._high[one, 1] + eps) & (
-                self._high[others, 1] >= self._low[one, 1] - eps
-            )
-            others = others[meet]
-            pairs.append(np.sort(np.stack([np.full(len(others), one), others], axis=1), axis=1))
-        return np.concatenate(pairs).T
+        found, some = [np.zeros((0, 2), int)], max(1, AT_ONCE // len(order))
+        for k in range(0, len(order), some):
+            counts = last[k : k + some] - np.arange(k, min(k + some, len(order))) - 1
+            first = np.repeat(np.arange(k, k + len(counts)), counts)
+            second = first + 1 + np.arange(len(first)) - np.repeat(np.cumsum(counts) - counts, counts)
+            i, j = order[first], order[second]
+            meet = (self._low[j, 1] <= self._high[i, 1] + eps) & (self._high[j, 1] >= self._low[i, 1] - eps)
+            found.append(np.sort(np.stack([i[meet], j[meet]], axis=1), axis=1))
+        return np.concatenate(found).T
 
     def _meet(self, i, j, k):
         """Where pieces i and j meet: root k = 0 or 1; NaN where there is none. Of neighbours, one root is the vertex
@@ -283,12 +283,13 @@ class Contour:
             circles = self.is_arc[i] & self.is_arc[j] & (np.hypot(*(self.centre[i] - self.centre[j]).T) < eps)
             circles &= np.abs(self.radius[i] - self.radius[j]) < eps
         found = np.full((len(i), 2), np.nan)
-        for k in np.flatnonzero(same | circles):
+        k = np.flatnonzero(same | circles)
+        for share in (0.0, 1.0, 0.5):  # of several points, the last one counts
             for one, other in ((i[k], j[k]), (j[k], i[k])):
-                p = self.points(np.full(3, one), np.array([0.0, 1.0, 0.5]))  # of several, the last one counts
-                t = self._share(np.full(3, other), p) * self.lengths[other]
-                for point in p[(eps < t) & (t < self.lengths[other] - eps)]:
-                    found[k] = point
+                p = self.points(one, share)
+                t = self._share(other, p) * self.lengths[other]
+                within = (eps < t) & (t < self.lengths[other] - eps)
+                found[k[within]] = p[within]
         return found
 
     def _share(self, piece, p):
