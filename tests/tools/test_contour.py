@@ -7,7 +7,6 @@ import math
 import ezdxf
 import numpy as np
 import pytest
-from conftest import slow
 from matplotlib.path import Path
 
 from milltools.base.errors import UserError
@@ -109,6 +108,27 @@ def test_an_offset_is_everywhere_at_its_distance_and_never_crosses_itself(shape,
     assert not len(moved.crossings())
 
 
+@pytest.mark.slow
+def test_offsets_and_wear_of_random_curves_are_exact_and_never_cross_themselves():
+    rng, tried = np.random.default_rng(5), 0
+    while tried < 15:
+        n = rng.integers(3, 30)
+        angle, away = np.sort(rng.uniform(0, 2 * np.pi, n)), rng.uniform(0.3, 1, n)
+        bulge = rng.uniform(-0.9, 0.9, n) * rng.integers(0, 2, n)
+        shape = Contour(np.column_stack([away * np.cos(angle), away * np.sin(angle), bulge]))
+        if len(shape.crossings()) or shape.area < 0.05:
+            continue
+        tried += 1
+        for depth in rng.uniform(-0.4, 0.4, 3):
+            for moved in shape.offset(depth):
+                assert shape.gap(moved.points(*shares(moved))) == pytest.approx(-depth, abs=1e-9)
+                assert not len(moved.crossings())
+        s, depth = np.sort(rng.uniform(0, shape.length, 40)), rng.uniform(0, 0.05, 40)
+        after = worn(shape, s, depth, 0.1)
+        assert after.area - shape.area == pytest.approx(along(shape, s, depth)[0], rel=1e-9)
+        assert not len(after.crossings())
+
+
 def test_offsets_have_the_areas_of_the_textbook():
     square = Contour(SQUARE)
     assert square.offset(0.1)[0].area == pytest.approx(1.4 + math.pi * 0.01, rel=1e-14)
@@ -190,7 +210,8 @@ DEPTHS = {
 }
 
 
-@pytest.mark.parametrize("depth", slow(DEPTHS.values()), ids=DEPTHS)
+@pytest.mark.slow
+@pytest.mark.parametrize("depth", DEPTHS.values(), ids=DEPTHS)
 @pytest.mark.parametrize("smooth", [0.0, 0.03])
 @pytest.mark.parametrize("name", ["circle", "lifters", "rounded"])
 def test_wear_removes_exactly_the_depths_times_the_lengths_without_loops(name, depth, smooth):

@@ -421,13 +421,14 @@ class Contour:
                  * np.sign(d) for d in (depth, np.roll(depth, -1))]  # fmt: skip
         begin, end = self.start - limit[0][:, None] * first, self.end - limit[1][:, None] * last
         before = np.roll(last, 1, axis=0)
+        far_end, far_begin = self.start - depth[:, None] * before, self.start - depth[:, None] * first
         turn = np.arctan2(_cross(before, first), (before * first).sum(axis=1))
         clipped = np.abs(limit[0]) + np.abs(limit[1]) < np.abs(depth) + np.abs(np.roll(depth, -1))
         bulge = np.where(clipped, 0.0, self.vertices[:, 2])
         rows = []
         for i in range(n):
-            if turn[i] * depth[i] > 0:
-                rows.append((*end[i - 1], math.tan(turn[i] / 4)))
+            if turn[i] * np.sign(depth[i]) > 1e-9:
+                rows += [(*end[i - 1], 0.0), (*far_end[i], math.tan(turn[i] / 4)), (*far_begin[i], 0.0)]
             elif abs(turn[i]) > 1e-9:
                 rows += [(*end[i - 1], 0.0), (*self.start[i], 0.0)]
             else:
