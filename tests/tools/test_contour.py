@@ -210,13 +210,12 @@ DEPTHS = {
 }
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("depth", DEPTHS.values(), ids=DEPTHS)
 @pytest.mark.parametrize("smooth", [0.0, 0.03])
 @pytest.mark.parametrize("name", ["circle", "lifters", "rounded"])
 def test_wear_removes_exactly_the_depths_times_the_lengths_without_loops(name, depth, smooth):
     shape = SHAPES[name]
-    s = np.arange(0, shape.length - 0.004, 0.004)
+    s = np.arange(0, shape.length - 0.008, 0.008)
     after = worn(shape, s, depth(s, shape.length), smooth)
     removed = along(shape, s, depth(s, shape.length))[0]
     assert after.area - shape.area == pytest.approx(removed, rel=1e-9)

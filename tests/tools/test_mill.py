@@ -102,7 +102,7 @@ def test_packages_and_citation_have_the_version_of_the_product():
 @pytest.mark.parametrize(
     "words, line",
     [
-        (["contrast"], f"mill: unknown command 'contrast': one of {', '.join(c.name for c in COMMANDS)}"),
+        (["polish"], f"mill: unknown command 'polish': one of {', '.join(c.name for c in COMMANDS)}"),
         (["plt"], "mill: unknown command 'plt'; did you mean 'plot'?"),
         (["--vers"], "mill: unknown option '--vers'; see 'mill --help'"),
         (["plot"], "mill plot: expected a run and the name of the picture to write; see 'mill plot --help'"),
