@@ -267,7 +267,8 @@ def test_a_contour_file_keeps_every_bit(tmp_path):
         ("0 0 0\n1 0\n", ":2: expected 'x y bulge' (metres), got '1 0'"),
         ("0 0 0\n\n1 zero 0 # x\n", ":3: expected 'x y bulge' (metres), got '1 zero 0'"),
         ("0 0 nan\n", ":1: expected 'x y bulge' (metres), got '0 0 nan'"),
-        ("# nothing\n", ": expected two or more rows x, y, bulge of finite numbers"),
+        ("# nothing\n", ": expected two or more rows x, y, bulge"),
+        ("0 0 0\n1 0 1e300\n", ": expected coordinates below 1e+12, and bulges below 1000"),
         ("0 0 0\n1 0 0\n1 0 0\n0 1 0\n", ": vertex 2 and the next one are the same point"),
     ],
 )
@@ -486,7 +487,7 @@ def test_the_axis_is_the_origin_where_that_is_inside_and_else_the_middle(drawing
         (lambda s: s.add_lwpolyline([(0, 0), (2, 2), (2, 0), (0, 1)], close=True), (),
          "a.dxf: the curve crosses or touches itself at (0.666667, 0.666667) mm"),
         (lambda s: s.add_lwpolyline([(0, 0), (100, 0), (100, 100), (0.1, 0.2)]), (),
-         "a.dxf: no closed curve: 3 lines or arcs have an open end; a gap is 0.224 mm wide, at (0.1, 0.2) mm: close "
+         "a.dxf: no closed curve; pieces with an open end: 3; a gap is 0.224 mm wide, at (0.1, 0.2) mm: close "
          "it, or give --tolerance 0.23"),
         (lambda s: s.add_text("x"), (), "a.dxf: has no lines, arcs, circles, polylines, splines or ellipses; ignored: "
          "1 TEXT"),

@@ -8,6 +8,7 @@ and ellipses become arcs within the tolerance.
 
 import collections
 import dataclasses
+import itertools
 import math
 
 import numpy as np
@@ -15,13 +16,15 @@ import numpy as np
 from milltools.base.errors import UserError
 from milltools.base.files import opened
 from milltools.base.text import number, plain
-from milltools.geometry.contour import Contour, fitted, signed_area
+from milltools.geometry.contour import LARGEST, TINY, Contour, fitted, signed_area
 
 # unit: (numerator, denominator) of its length [m]: x * 1 / 1000 is the nearest number, x * 0.001 is not always
 UNITS = {"um": (1, 1_000_000), "mm": (1, 1000), "cm": (1, 100), "m": (1, 1), "in": (254, 10_000), "ft": (3048, 10_000)}
 CODES = {1: "in", 2: "ft", 4: "mm", 5: "cm", 6: "m", 13: "um"}  # of $INSUNITS
 TOLERANCE = 1e-5  # of the drawing's size
 MOST, DEEPEST = 200_000, 16  # entities; blocks within each other
+FAULTS = (ArithmeticError, AttributeError, LookupError, TypeError, ValueError)  # of ezdxf, for damaged entities
+FINEST = 1e-6  # of a curve's size: no spline follows a smaller tolerance
 TRIED, WIDEST = 20, 0.02  # tolerances that are tried where nothing is closed; the largest, of the drawing's size
 LOOSE = {"LINE", "ARC", "LWPOLYLINE", "POLYLINE", "SPLINE", "ELLIPSE", "CIRCLE"}
 
@@ -69,7 +72,7 @@ def read(path, unit=None, layers=(), tolerance=None) -> Found:
         told = "".join(f"; ignored: {text}" for text in [_told(ignored)] if text)
         raise UserError(f"{path}: has no lines, arcs, circles, polylines, splines or ellipses{told}")
     size = chains.size()
-    gap = TOLERANCE * size if tolerance is None else tolerance
+    gap = TOLERANCE * size if tolerance is None else max(tolerance, TINY * size)
     closed, loose = [], []
     for layer, closes, chain in chains.within(gap):
         (closed if closes else loose).append((layer, chain))
@@ -110,7 +113,7 @@ def _nothing_closed(path, loose, open_ends, unit, size):
     count, gaps = open_ends
     if not count:
         return f"{path}: no closed curve that has an area"
-    said = f"{path}: no closed curve: {count} lines or arcs have an open end"
+    said = f"{path}: no closed curve; pieces with an open end: {count}"
     tried = {}
     for away, x, y in sorted(gaps):
         tried[float(f"{1.05 * away:.1e}")] = (away, x, y)
@@ -172,22 +175,28 @@ class _Chains:
         if name in blocks or len(blocks) >= DEEPEST:
             raise UserError(f"{self.path}: block {plain(name)} contains itself, or blocks are nested too deep")
         for one in insert.multi_insert() if insert.mcount > 1 else [insert]:
-            self.add(one.virtual_entities(), (*blocks, name), layer)
+            self.read += 1
+            try:
+                inner = list(itertools.islice(one.virtual_entities(), MOST))
+            except FAULTS:
+                self.ignored["INSERT that cannot be read"] += 1
+                break
+            self.add(inner, (*blocks, name), layer)
 
     def _add(self, entity, kind, layer):
         try:
             made = _READERS[kind](entity)
-        except (ValueError, TypeError, ZeroDivisionError, ArithmeticError):
+        except FAULTS:
             made = None
         if made is None:
-            self.ignored[f"{kind} not in the plane of the drawing" if kind != "POLYLINE" else "POLYLINE, no curve"] += 1
+            self.ignored[f"{kind} that is no curve in the plane of the drawing"] += 1
             return
         self.found.append((layer, *made))
 
     def size(self):
         ends = np.concatenate([_rows(of, math.inf)[:, :2] for _, _, of in self.found])
-        if not np.isfinite(ends).all():
-            raise UserError(f"{self.path}: has coordinates that are no numbers")
+        if not (np.abs(ends) < LARGEST).all():
+            raise UserError(f"{self.path}: has coordinates that are no numbers, or above {LARGEST:g}")
         return float(np.ptp(ends, axis=0).max()) or 1.0
 
     def within(self, gap):
@@ -281,7 +290,7 @@ def _curve(entity):
         points = points[np.append(True, np.hypot(*np.diff(points, axis=0).T) > 0)]
         return fitted(np.column_stack([points, np.zeros(len(points))]), tolerance / 2)
 
-    return False, lambda tolerance: within(min(tolerance, 1e-2 * _reach(entity)))
+    return False, lambda tolerance: within(min(max(tolerance, FINEST * _reach(entity)), 1e-2 * _reach(entity)))
 
 
 def _reach(entity):

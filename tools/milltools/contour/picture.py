@@ -15,7 +15,8 @@ MOST = 200  # places that are drawn
 
 
 def draw(shape, title, ball=None) -> Figure:
-    """A figure of a contour; `ball`: diameter [m] of a ball, None: only the narrowest place is marked."""
+    """A figure of a contour; `ball`: diameter [m] of a ball, None: only the narrowest place is marked, if it is
+    narrower than a tenth of the contour."""
     with matplotlib.rc_context(LOOK):
         low, high = shape.box
         size = float((high - low).max())
@@ -35,8 +36,7 @@ def draw(shape, title, ball=None) -> Figure:
             k = int(shape.radius.argmin())
             label = f"smallest radius, {quantity(shape.radius[k], 'm', 4)}"
             axes.plot(*shape.points(k, 0.5), ls="", marker="o", ms=9, mfc="none", color=INK_OF["arcs"], label=label)
-        places = shape.narrow(ball / 2 if ball else np.inf)
-        places = places[places[:, 2] < 0.2 * size]
+        places = shape.narrow(ball / 2 if ball else size / 20)
         if len(places):
             own = places[:MOST] if ball else places[:1]
             balls = [Circle((x, y), r) for x, y, r in own]

@@ -19,6 +19,7 @@ from milltools.base.text import plain
 
 TINY = 1e-9  # of the size of a contour: what is closer than this meets
 MOST_PIECES = 50_000
+LARGEST, BULGE = 1e12, 1e3  # a coordinate; a bulge
 AT_ONCE = 2_000_000  # pairs that are computed together
 CORNER = math.radians(15)  # pieces that turn by more do not become one arc
 SLOT, WALLS = (
@@ -55,8 +56,10 @@ class Contour:
 
     def __init__(self, vertices):
         rows = np.array(vertices, float)
-        if rows.ndim != 2 or rows.shape[1] != 3 or len(rows) < 2 or not np.isfinite(rows).all():
-            raise ValueError("expected two or more rows x, y, bulge of finite numbers")
+        if rows.ndim != 2 or rows.shape[1] != 3 or len(rows) < 2:
+            raise ValueError("expected two or more rows x, y, bulge")
+        if not (np.abs(rows) < [LARGEST, LARGEST, BULGE]).all():
+            raise ValueError(f"expected coordinates below {LARGEST:g}, and bulges below {BULGE:g}")
         if len(rows) > MOST_PIECES:
             raise ValueError(f"{len(rows)} vertices: expected at most {MOST_PIECES}")
         if signed_area(rows) < 0:
@@ -315,27 +318,29 @@ class Contour:
         p, n = self.points(piece, share), self.normals(piece, share)
         own = np.where(self.vertices[piece, 2] > 0, self.radius[piece], np.inf)
         best, other = np.minimum(own, 2 * self.size), np.array(piece)
-        some = max(1, AT_ONCE // len(self.vertices))
-        for k in range(0, len(p), some):
-            part = slice(k, k + some)
-            self._touching(p[part], n[part], piece[part], best[part], other[part], most)
+        for k in range(0, len(p), 256):  # neighbours, which have few pieces in their reach
+            part = slice(k, k + 256)
+            low, high = p[part].min(axis=0) - 2 * most, p[part].max(axis=0) + 2 * most
+            near = np.flatnonzero(((self._low <= high) & (self._high >= low)).all(axis=1))
+            self._touching(near, p[part], n[part], piece[part], best[part], other[part], most)
         return best, other
 
-    def _touching(self, p, n, piece, best, other, most):
-        d = self.start - p[:, None]
+    def _touching(self, pieces, p, n, piece, best, other, most):
+        """Makes best and other smaller for what `pieces` do to balls at points p with normals n of other pieces."""
+        d = self.start[pieces] - p[:, None]
         ahead = (d * n[:, None]).sum(axis=-1)
         with np.errstate(all="ignore"):
             ball = np.where(ahead > TINY * self.size, (d**2).sum(axis=-1) / (2 * ahead), np.inf)
         k = ball.argmin(axis=1)
         ball = ball[np.arange(len(p)), k]
         closer = ball < best * (1 - 1e-9)
-        best[closer], other[closer] = ball[closer], k[closer]
+        best[closer], other[closer] = ball[closer], pieces[k[closer]]
         reach = np.minimum(best, most)
         c = p + reach[:, None] * n
         grown = reach[:, None, None] * (1 + 1e-9)
-        near = ((self._low <= c[:, None] + grown) & (self._high >= c[:, None] - grown)).all(axis=-1)
-        near[np.arange(len(p)), piece] = False
-        at, q = np.nonzero(near)
+        near = ((self._low[pieces] <= c[:, None] + grown) & (self._high[pieces] >= c[:, None] - grown)).all(axis=-1)
+        at, q = np.nonzero(near & (pieces != piece[:, None]))
+        q = pieces[q]
         o, m, u = p[at], n[at], _left(self.unit[q])
         with np.errstate(all="ignore"):
             ball = ((o - self.start[q]) * u).sum(axis=1) / (1 - (u * m).sum(axis=1))
