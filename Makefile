@@ -43,7 +43,7 @@ all: millsim ## build ./millsim, and ./mill with the Python packages of plot, re
 millsim: build/release/millsim ## build ./millsim alone (MODE=release|debug|o2|asan|tsan: build/MODE/millsim)
 	@cp -f $< $@
 
-mill: always ## build ./mill; EXTRAS="render study": with the packages of render, study, cluster, export, dem, mesh; all
+mill: always ## build ./mill; EXTRAS="render study": with the packages of render, study, cluster, export, dem, mesh, contour; all
 	@cp -f tools/mill.sh mill
 	@tools/setup --local --python core share $(EXTRAS)
 

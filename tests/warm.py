@@ -19,6 +19,7 @@ import traceback
 LIBRARIES = (
     "PIL.PngImagePlugin",
     "contourpy",
+    "ezdxf.recover",
     "h5py",
     "jinja2",
     "manifold3d",

@@ -88,6 +88,7 @@ def test_the_core_works_without_extras(without, millsim, small_deck, commands):
             ("export", "xlsxwriter", ("export", "a.h5", "a.xlsx")),
             ("dem", "scipy", ("dem", "deck.ini", "-o", "a.soft.h5")),
             ("mesh", "manifold3d", ("mesh", "a.stl", "-o", "b.stl")),
+            ("contour", "ezdxf", ("contour", "a.dxf", "-o", "a.txt")),
         ],
         "cluster",
         "export",

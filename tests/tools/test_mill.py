@@ -102,7 +102,7 @@ def test_packages_and_citation_have_the_version_of_the_product():
 @pytest.mark.parametrize(
     "words, line",
     [
-        (["contrast"], f"mill: unknown command 'contrast': one of {', '.join(c.name for c in COMMANDS)}"),
+        (["polish"], f"mill: unknown command 'polish': one of {', '.join(c.name for c in COMMANDS)}"),
         (["plt"], "mill: unknown command 'plt'; did you mean 'plot'?"),
         (["--vers"], "mill: unknown option '--vers'; see 'mill --help'"),
         (["plot"], "mill plot: expected a run and the name of the picture to write; see 'mill plot --help'"),
@@ -135,6 +135,7 @@ CALLS = {
     "study": ("a.parquet --csv s.csv", {"files": ["s.csv"], "study": "a"}),
     "export": ("a.h5 a.csv --what summary", {"files": ["a.csv"], "rows": 6}),
     "mesh": ("a.obj -o a.stl", {"files": ["a.stl"], "facets": 4, "bytes": 284, "unit": None, "turned_shells": 0}),
+    "contour": ("a.txt --draw a.svg", {"files": ["a.svg"], "lines": 1, "arcs": 1, "unit": "m"}),
 }
 
 
@@ -147,6 +148,7 @@ def place(tmp_path_factory):
     small = STUDY.replace("300, 600, 900", "300, 600").replace("balls.count = 40..60 step 20\n", "")
     (folder / "a.study").write_text(small)
     (folder / "a.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n")
+    (folder / "a.txt").write_text("1 0 1\n-1 0 0\n")
     for seed, name in ((1, "a.h5"), (2, "b.h5")):
         subprocess.run([PROGRAM, "-q", "deck.ini", "-s", f"run.seed={seed}", "-o", name], cwd=folder, check=True)
     assert run_mill(folder, "sweep", "a.study", "--workers", "1").returncode == 0

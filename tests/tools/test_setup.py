@@ -18,7 +18,7 @@ from milltools.base.extras import EXTRAS
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 PROJECT = tomllib.loads((ROOT / "tools/pyproject.toml").read_text())["project"]
-OWN = ("core", "render", "study", "cluster", "export", "dem", "mesh")
+OWN = ("core", "render", "study", "cluster", "export", "dem", "mesh", "contour")
 
 
 @pytest.fixture
@@ -49,7 +49,7 @@ def test_a_linked_environment_is_not_emptied(checkout, tmp_path):
 def test_what_is_missing_is_told_and_nothing_is_made(checkout):
     run = setup(checkout, "--check", "--python", "all", "lint")
     assert run.returncode == 1
-    extras = "cluster core dem export lint mesh render study"
+    extras = "cluster contour core dem export lint mesh render study"
     assert run.stderr == f"millsim: Python packages are missing: tools/setup --local --python {extras}\n"
     assert not (checkout / ".venv").exists()
 

@@ -66,6 +66,8 @@ COMMANDS = (
             "export reference.h5 balls.gsd"),
     Command("mesh", "makes one closed mesh for a deck from STL, OBJ, PLY and 3MF files: mends, unites",
             "mesh hub.stl pins.3mf -o rotor.stl"),
+    Command("contour", "makes the contour of a drum from a drawing (DXF) of its liner; shows contours",
+            "contour liner.dxf -o liner.txt --draw liner.svg"),
 )  # fmt: skip
 
 

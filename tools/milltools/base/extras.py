@@ -17,6 +17,7 @@ EXTRAS = {
     "export": {"gsd": "gsd", "pyarrow": "pyarrow", "xlsxwriter": "xlsxwriter"},
     "dem": {"scipy": "scipy"},
     "mesh": {"manifold3d": "manifold3d", "scipy": "scipy"},
+    "contour": {"ezdxf": "ezdxf"},
 }
 
 

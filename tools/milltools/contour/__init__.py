@@ -1,0 +1,1 @@
+"""`mill contour`: the inner face of a liner from a drawing."""

@@ -1,0 +1,207 @@
+"""`mill contour`: makes a contour file for a deck from a drawing, and shows contours."""
+
+import math
+import os
+import pathlib
+import re
+
+from milltools.base.answer import Answer
+from milltools.base.errors import UserError
+from milltools.base.extras import needs
+from milltools.base.files import check_writable, write_text
+from milltools.base.text import number, plain, plural, quantity
+
+SUMMARY = (
+    "Reads the inner face of a liner from a drawing (DXF), the curve that the balls touch, and writes it as a contour "
+    "file: a row 'x y bulge' per vertex, in metres, around the axis of the drum. Lines and arcs stay exact. It says "
+    "which unit, layers and axis it took, how large the curve is, and what it ignored. --draw shows the contour of a "
+    "drawing or of a contour file."
+)
+UNITS = ("um", "mm", "cm", "m", "in", "ft")
+PICTURES = (".svg", ".png", ".pdf")
+TOLD = 5  # other loops that are named
+
+
+def add_arguments(parser):
+    add = parser.add_argument
+    add("input", metavar="IN", help="a drawing (.dxf), or a contour file")
+    add("-o", "--output", metavar="OUT.txt", help="the contour file to write")
+    add("--draw", metavar="FILE", help="a picture to write: .svg, .png or .pdf")
+    add("-f", "--force", action="store_true", help="overwrite existing files")
+    add("--unit", choices=UNITS, help="unit of the drawing (default: $INSUNITS of the file, else $MEASUREMENT)")
+    add("--layer", action="append", default=[], metavar="NAME", help="read only this layer; may be repeated")
+    add("--loop", type=int, metavar="N", help="take the Nth largest closed curve (default: 1)")
+    add(
+        "--centre", nargs=2, type=float, metavar=("X", "Y"),
+        help="the drum's axis, in the unit of the drawing (default: its origin if that is inside the curve, else the "
+        "centre of the curve's bounding box)",
+    )  # fmt: skip
+    add(
+        "--tolerance", type=float, metavar="LENGTH",
+        help="close gaps up to this width, and replace splines and ellipses by arcs that are as near; in the unit of "
+        "the drawing (default: 0.00001 of its size)",
+    )  # fmt: skip
+    add("--ball", metavar="DIAMETER", help="say where a ball does not fit, such as --ball '40 mm'")
+
+
+def run(arguments) -> Answer:
+    source, ball = arguments.input, _diameter(arguments.ball)
+    outputs = [one for one in (arguments.output, arguments.draw) if one]
+    if arguments.draw and pathlib.Path(arguments.draw).suffix.lower() not in PICTURES:
+        raise UserError(f"{plain(arguments.draw)}: expected a name that ends in {', '.join(PICTURES)}")
+    for output in outputs:
+        check_writable(output, [source])
+        if os.path.lexists(output) and not arguments.force:
+            raise UserError(f"{plain(output)}: exists already; --force overwrites it")
+    drawn = pathlib.Path(source).suffix.lower() in (".dxf", ".dwg")
+    shape, lines, facts, at = (_from_drawing if drawn else _from_file)(arguments)
+    lines += _size(shape, facts, at)
+    places = shape.narrow(ball / 2) if ball else []
+    if ball:
+        lines.append(_fit(ball, places, at))
+        narrowest = {"place": places[0, :2], "diameter": 2 * places[0, 2]} if len(places) else None
+        facts |= {"ball": ball, "narrow_places": len(places), "narrowest": narrowest}
+    if arguments.output:
+        unit = facts["unit"]
+        made = f"made by mill contour from {pathlib.Path(source).name}, unit {unit}; anticlockwise, the axis at 0 0"
+        write_text(arguments.output, shape.text([made]))
+        lines.append(f"{plain(arguments.output)}: {len(shape.vertices)} vertices")
+    if arguments.draw:
+        from milltools.contour import picture
+        from milltools.figures import base, style
+
+        style.save(picture.draw(shape, pathlib.Path(source).name, ball), arguments.draw, 200, base.LOOK)
+        lines.append(f"{plain(arguments.draw)}: the contour")
+    return Answer("\n".join(lines), {"files": outputs} | facts)
+
+
+def _diameter(text):
+    from milltools.contour.drawing import UNITS as SIZES
+
+    if text is None:
+        return None
+    parts = re.fullmatch(r"\s*([0-9.eE+-]+)\s*([a-z]+)\s*", text)
+    try:
+        value, (over, under) = float(parts[1]), SIZES[parts[2]]
+        if not 0 < value < math.inf:
+            raise ValueError
+        return value * over / under
+    except (TypeError, KeyError, ValueError):
+        raise UserError(f"--ball {plain(text)}: expected a diameter with its unit, such as '40 mm'") from None
+
+
+def _from_file(arguments):
+    """(contour, lines, facts, how to tell a place) of a contour file."""
+    from milltools.geometry.contour import Contour
+
+    for name in ("output", "unit", "layer", "loop", "centre", "tolerance"):
+        if getattr(arguments, name):
+            raise UserError(f"--{name} is for a drawing (.dxf): {plain(arguments.input)} is read as a contour file")
+    shape = Contour.read(arguments.input)
+    _refuse_crossings(arguments.input, shape, place_in_metres)
+    return shape, [], {"unit": "m", "vertices": len(shape.vertices)}, place_in_metres
+
+
+def place_in_metres(point):
+    return f"({point[0]:.6g}, {point[1]:.6g}) m"
+
+
+def _refuse_crossings(source, shape, at):
+    crossings = shape.crossings()
+    if len(crossings):
+        more = f" (and at {len(crossings) - 1} more places)" if len(crossings) > 1 else ""
+        raise UserError(f"{plain(source)}: the curve crosses or touches itself at {at(crossings[0])}{more}")
+
+
+def _from_drawing(arguments):
+    """(contour, lines, facts, how to tell a place) of a drawing."""
+    needs("contour")
+    from milltools.contour import drawing
+    from milltools.geometry.contour import Contour
+
+    source, tolerance, loop = arguments.input, arguments.tolerance, arguments.loop or 1
+    if tolerance is not None and not 0 <= tolerance < math.inf:
+        raise UserError(f"--tolerance {tolerance:g}: expected 0 or more")
+    if arguments.centre and not all(map(math.isfinite, arguments.centre)):
+        raise UserError("--centre: expected two finite numbers")
+    found = drawing.read(source, arguments.unit, arguments.layer, tolerance)
+    if not 1 <= loop <= len(found.loops):
+        raise UserError(f"--loop {loop}: the drawing has {plural(len(found.loops), 'closed curve')}")
+    curve, layers = found.loops[loop - 1]
+    unit, (over, under) = found.unit, drawing.UNITS[found.unit]
+    _refuse_crossings(source, curve, lambda point: drawing.place(point, unit))
+    centre, why = _axis(arguments.centre, curve)
+    rows = curve.vertices.copy()
+    rows[:, :2] = (rows[:, :2] - centre) * over / under
+    shape = Contour(rows)
+
+    def at(point):
+        return drawing.place([x * under / over + c for x, c in zip(point, centre)], unit)
+
+    ignored = ", ".join(f"{count} {plain(what)}" for what, count in sorted(found.ignored.items()))
+    lines = [
+        f"unit       {unit} ({found.unit_from})" + "; --unit gives another one" * (not arguments.unit),
+        f"layer      {', '.join(sorted(map(plain, layers)))}" + (f"; ignored: {ignored}" if ignored else ""),
+        f"axis       {drawing.place(centre, unit)}: {why}",
+    ]
+    if found.widest > 1e-9 * curve.size:
+        lines.append(f"gaps       closed up to {number(found.widest)} {unit} (--tolerance {found.tolerance:.2g})")
+    others = [k for k in range(len(found.loops)) if k != loop - 1]
+    for k in others[:TOLD]:
+        other, on = found.loops[k]
+        width, height = (other.box[1] - other.box[0]) * over / under
+        sizes = f"{quantity(width, 'm', 4)} x {quantity(height, 'm', 4)}"
+        lines.append(f"not taken  {sizes}, layer {', '.join(sorted(map(plain, on)))}: --loop {k + 1} takes it")
+    if len(others) > TOLD:
+        lines.append(f"           and {len(others) - TOLD} smaller ones; --layer reads one layer only")
+    facts = {
+        "unit": unit, "unit_from": found.unit_from, "layers": sorted(layers), "ignored": found.ignored,
+        "centre": list(centre), "loops": len(found.loops), "gap": found.widest * over / under,
+        "vertices": len(shape.vertices),
+    }  # fmt: skip
+    return shape, lines, facts, at
+
+
+def _axis(given, curve):
+    """(point of the axis in the drawing, why this one)."""
+    if given:
+        if curve.gap([given])[0] <= 0:
+            raise UserError(f"--centre {given[0]:g} {given[1]:g}: is not inside the curve")
+        return tuple(given), "--centre"
+    middle = tuple(float(x) for x in curve.box.mean(axis=0))
+    if curve.gap([(0.0, 0.0)])[0] > 0:
+        off = math.hypot(*middle)
+        far = (
+            f"; the centre of the bounding box is ({middle[0]:.6g}, {middle[1]:.6g})" if off > 1e-4 * curve.size else ""
+        )
+        return (0.0, 0.0), f"the origin, which is inside the curve{far}; --centre gives another one"
+    return middle, "the centre of the bounding box, for the origin is outside; --centre gives another one"
+
+
+def _size(shape, facts, at):
+    width, height = shape.box[1] - shape.box[0]
+    arcs = int(shape.is_arc.sum())
+    facts |= {
+        "width": width, "height": height, "area": shape.area, "length": shape.length,
+        "lines": len(shape.vertices) - arcs, "arcs": arcs, "smallest_radius": shape.radius.min(),
+    }  # fmt: skip
+    sizes = [quantity(one, "m", 5) for one in (width, height, math.sqrt(4 * shape.area / math.pi), shape.length)]
+    area = f"area {number(shape.area, 5)} m² (as a circle of {sizes[2]})"
+    lines = [
+        f"size       {sizes[0]} x {sizes[1]}, {area}, length {sizes[3]}",
+        f"pieces     {plural(len(shape.vertices) - arcs, 'line')}, {plural(arcs, 'arc')}",
+    ]
+    if arcs:
+        k = int(shape.radius.argmin())
+        lines[-1] += f"; smallest radius {quantity(shape.radius[k], 'm', 4)} at {at(shape.points(k, 0.5))}"
+    return lines
+
+
+def _fit(ball, places, at):
+    said = f"a ball of {quantity(ball, 'm', 4)}"
+    if not len(places):
+        return f"ball       {said} reaches all arcs and slots"
+    count = "1000 places or more" if len(places) == 1000 else plural(len(places), "place")
+    x, y, radius = places[0]
+    largest = quantity(2 * radius, "m", 4)
+    return f"ball       {said} does not fit at {count}; the narrowest is {at((x, y))}: {largest} fits there"

@@ -1,0 +1,721 @@
+"""A closed curve of lines and circular arcs, the inner face of a liner: its area, distances, offsets, how it wears.
+
+A contour is an array (n, 3) of rows x, y [m], bulge, one vertex a row, anticlockwise: the balls are on the left, the
+solid is on the right. Piece i goes from vertex i to the next one, the last piece to the first vertex. As in DXF, the
+bulge is tan(sweep/4): 0 is a line, 1 half a circle that turns anticlockwise. An arc with a bulge above 0 lies to the
+right of its chord, on a circle of radius c (1 + b^2)/(4 |b|) for a chord of length c. Along a piece at shares t of its
+length, the chord from its start has the length c sin(t a/2)/sin(a/2) with a = 4 atan(b), and is turned by (t - 1) a/2.
+This holds for lines, too, and does not use the centre, which is far away for small bulges.
+"""
+
+import functools
+import math
+
+import numpy as np
+
+from milltools.base.errors import UserError
+from milltools.base.files import opened
+from milltools.base.text import plain
+
+TINY = 1e-9  # of the size of a contour: what is closer than this meets
+MOST_PIECES = 50_000
+LARGEST, BULGE = 1e12, 1e3  # a coordinate; a bulge
+AT_ONCE = 2_000_000  # pairs that are computed together
+CORNER = math.radians(15)  # pieces that turn by more do not become one arc
+SLOT, WALLS = (
+    -0.95,
+    -0.3,
+)  # cosines of the angle between the normals of its sides: of a slot, of walls with a ground between
+
+
+def _cross(a, b):
+    return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
+
+
+def _left(a):
+    return np.stack([-a[..., 1], a[..., 0]], axis=-1)
+
+
+def _turned(a, angle):
+    return np.stack([np.cos(angle) * a[..., 0] - np.sin(angle) * a[..., 1],
+                     np.sin(angle) * a[..., 0] + np.cos(angle) * a[..., 1]], axis=-1)  # fmt: skip
+
+
+def _bow(bulge):
+    """Area between arcs and their chords, above 0 for anticlockwise ones, for chords of length 1."""
+    b = np.asarray(bulge, float)
+    with np.errstate(all="ignore"):
+        closed = ((1 + b * b) ** 2 * np.arctan(b) - b * (1 - b * b)) / (8 * b * b)
+    return np.where(np.abs(b) < 0.03, b * (1 / 3 + b**2 * (1 / 15 - b**2 * (1 / 105 - b**2 / 315))), closed)
+
+
+class Contour:
+    """A contour of rows x, y [m], bulge; clockwise ones are reversed. `vertices`: the array (n, 3); per piece `start`,
+    `chord` (n, 2), `width` (of the chord), `sweep` [rad], `lengths` (n,), and of arcs `centre`, `radius` (of lines
+    infinite). ValueError for rows that are no contour."""
+
+    def __init__(self, vertices):
+        rows = np.array(vertices, float)
+        if rows.ndim != 2 or rows.shape[1] != 3 or len(rows) < 2:
+            raise ValueError("expected two or more rows x, y, bulge")
+        if not (np.abs(rows) < [LARGEST, LARGEST, BULGE]).all():
+            raise ValueError(f"expected coordinates below {LARGEST:g}, and bulges below {BULGE:g}")
+        if len(rows) > MOST_PIECES:
+            raise ValueError(f"{len(rows)} vertices: expected at most {MOST_PIECES}")
+        if signed_area(rows) < 0:
+            rows = np.column_stack([rows[::-1, :2], -np.roll(rows[::-1, 2], -1)])
+        rows.setflags(write=False)
+        self.vertices = rows
+        self._measure(rows)
+        if not self.width.min() > 0:
+            raise ValueError(f"vertex {int(np.argmin(self.width)) + 1} and the next one are the same point")
+
+    def _measure(self, rows):
+        bulge, self.start = rows[:, 2], rows[:, :2]
+        self.end = np.roll(self.start, -1, axis=0)
+        self.chord = self.end - self.start
+        self.width = np.hypot(*self.chord.T)
+        self.sweep = 4 * np.arctan(bulge)
+        self.size = float(np.ptp(self.start, axis=0).max() + np.abs(bulge * self.width).max())
+        self.is_arc = np.abs(bulge) * self.width > 1e-12 * self.size
+        with np.errstate(all="ignore"):
+            self.lengths = self.width * np.where(bulge == 0, 1, (1 + bulge**2) * np.arctan(bulge) / bulge)
+            self.radius = np.where(self.is_arc, self.width * (1 + bulge**2) / (4 * np.abs(bulge)), np.inf)
+            self.unit = self.chord / self.width[:, None]
+            away = np.where(self.is_arc, self.width * (1 - bulge**2) / (4 * bulge), 0)
+        self.centre = (self.start + self.end) / 2 + _left(self.unit) * away[:, None]
+
+    @functools.cached_property
+    def area(self) -> float:
+        """Enclosed area [m^2]."""
+        return signed_area(self.vertices)
+
+    @property
+    def length(self) -> float:
+        """Developed length [m]."""
+        return float(self.lengths.sum())
+
+    @functools.cached_property
+    def box(self) -> np.ndarray:
+        """Bounding box [[x, y] least, [x, y] largest] [m]."""
+        return np.stack([self._low.min(axis=0), self._high.max(axis=0)])
+
+    @functools.cached_property
+    def _boxes(self):
+        low, high = np.minimum(self.start, self.end), np.maximum(self.start, self.end)
+        for axis in (0, 1):
+            for side, ends, pick in ((-1, low, np.minimum), (1, high, np.maximum)):
+                far = self.centre.copy()
+                far[:, axis] += side * np.where(self.is_arc, self.radius, 0)
+                reach = pick(ends[:, axis], far[:, axis])
+                ends[:, axis] = np.where(self.is_arc & self._beside(slice(None), far), reach, ends[:, axis])
+        return low, high
+
+    @property
+    def _low(self):
+        return self._boxes[0]
+
+    @property
+    def _high(self):
+        return self._boxes[1]
+
+    def _beside(self, i, points, slack=0.0):
+        """Whether points are on that side of the chords of pieces i where the arcs are."""
+        return np.sign(self.vertices[i, 2]) * _cross(self.unit[i], points - self.start[i]) <= slack
+
+    # ---- along the contour
+
+    def points(self, piece, share):
+        """Points (..., 2) [m] of pieces at shares 0..1 of their lengths."""
+        a, t = self.sweep[piece], np.asarray(share, float)
+        with np.errstate(all="ignore"):
+            part = np.where(np.abs(a) < 1e-8, t, np.sin(t * a / 2) / np.sin(a / 2))
+        return self.start[piece] + _turned(self.chord[piece] * part[..., None], (t - 1) * a / 2)
+
+    def normals(self, piece, share):
+        """Unit normals (..., 2) towards the balls, of pieces at shares of their lengths."""
+        return _left(_turned(self.unit[piece], (np.asarray(share, float) - 0.5) * self.sweep[piece]))
+
+    def at(self, s):
+        """(piece, share of it) at developed lengths s [m] from the first vertex on; s is taken modulo the length."""
+        ends = np.cumsum(self.lengths)
+        s = np.asarray(s, float) % ends[-1]
+        piece = np.minimum(np.searchsorted(ends, s, side="right"), len(ends) - 1)
+        return piece, np.clip((s - ends[piece] + self.lengths[piece]) / self.lengths[piece], 0, 1)
+
+    def divided(self, step):
+        """The same curve with every piece cut into equal ones of at most `step` [m]."""
+        return Contour(_divided(self, np.ceil(self.lengths / step).astype(int)))
+
+    def flattened(self, tolerance) -> np.ndarray:
+        """Corners (N, 2) [m] of a polygon with its corners on the contour, at most `tolerance` [m] away from it."""
+        part = np.where(self.is_arc, np.minimum(tolerance / (2 * self.radius), 0.5), 0.5)
+        return _divided(self, np.ceil(np.abs(self.sweep) / (4 * np.arcsin(np.sqrt(part)))).astype(int).clip(1))[:, :2]
+
+    # ---- points in the plane
+
+    def winding(self, points) -> np.ndarray:
+        """How many times the curve goes around points (N, 2): of a contour 1 inside and 0 outside."""
+        return self._in_parts(self._winding, points)
+
+    def _winding(self, p):
+        q, e = p[:, None] - self.start, p[:, None] - self.end
+        left = _cross(self.chord, q)
+        # a point on a chord counts as if it were a little above, and less to the right
+        level = np.where(self.chord[:, 0] != 0, self.chord[:, 0], -self.chord[:, 1])
+        left = np.where(left == 0, level, left)
+        # up through the height of p with p on the left, or down with p on the right
+        count = ((q[..., 1] >= 0) & (e[..., 1] < 0) & (left > 0)).sum(axis=1)
+        count -= ((q[..., 1] < 0) & (e[..., 1] >= 0) & (left < 0)).sum(axis=1)
+        arcs = np.flatnonzero(self.is_arc)
+        way = np.sign(self.vertices[arcs, 2])
+        within = np.hypot(*np.moveaxis(p[:, None] - self.centre[arcs], -1, 0)) < self.radius[arcs]
+        return count + np.where(within & (way * left[:, arcs] < 0), way, 0).sum(axis=1).astype(int)
+
+    def gap(self, points) -> np.ndarray:
+        """Distance [m] of points (N, 2) from the contour, below 0 in the solid."""
+        away = self._in_parts(self._away, points)
+        return np.where(self.winding(points) > 0, away, -away)
+
+    def _away(self, p):
+        d = p[:, None] - self.start
+        along = np.clip((d * self.unit).sum(axis=-1), 0, self.width)
+        away = np.hypot(*np.moveaxis(d - along[..., None] * self.unit, -1, 0))
+        arcs = np.flatnonzero(self.is_arc)
+        d = p[:, None] - self.centre[arcs]
+        far = np.hypot(d[..., 0], d[..., 1])
+        with np.errstate(all="ignore"):
+            foot = self.centre[arcs] + d * (self.radius[arcs] / far)[..., None]
+        ends = np.minimum(*(np.hypot(*np.moveaxis(p[:, None] - x[arcs], -1, 0)) for x in (self.start, self.end)))
+        away[:, arcs] = np.where(self._beside(arcs, foot), np.abs(far - self.radius[arcs]), ends)
+        return away.min(axis=1)
+
+    def _in_parts(self, of, points):
+        points = np.asarray(points, float).reshape(-1, 2)
+        some = max(1, AT_ONCE // len(self.vertices))
+        return np.concatenate([of(points[k : k + some]) for k in range(0, len(points), some)] or [np.zeros(0)])
+
+    # ---- where pieces meet
+
+    def crossings(self) -> np.ndarray:
+        """Points (N, 2) [m] where the contour crosses, touches or follows itself."""
+        return self._meetings()[2]
+
+    def _meetings(self):
+        """(pieces (N, 2), shares (N, 2), points (N, 2)) where pieces meet but at the vertex that two of them share."""
+        i, j = self._near()
+        n, eps = len(self.vertices), TINY * self.size
+        found = [self._meet(i, j, k) for k in (0, 1)] + [self._overlap(i, j)]
+        i, j, p = np.tile(i, 3), np.tile(j, 3), np.concatenate(found)
+        good = np.isfinite(p).all(axis=1)
+        i, j, p = i[good], j[good], p[good]
+        shares = np.stack([self._share(i, p), self._share(j, p)], axis=1)
+        slack = eps / np.stack([self.lengths[i], self.lengths[j]], axis=1)
+        good = ((shares >= -slack) & (shares <= 1 + slack)).all(axis=1)
+        for one, other in ((i, j), (j, i)):
+            near = np.hypot(*(p - self.start[other]).T) <= 2 * eps
+            good &= ~(((one + 1) % n == other) & near)
+        i, j, p, shares = i[good], j[good], p[good], shares[good].clip(0, 1)
+        _, first = np.unique(np.column_stack([i, j, np.round(p / (4 * eps))]), axis=0, return_index=True)
+        return np.stack([i, j], axis=1)[first], shares[first], p[first]
+
+    def _near(self):
+        """Pairs i < j of pieces whose boxes meet."""
+        eps, order = TINY * self.size, np.argsort(self._low[:, 0], kind="stable")
+        last = np.searchsorted(self._low[order, 0], self._high[order, 0] + eps, side="right")
+        found, some = [np.zeros((0, 2), int)], max(1, AT_ONCE // len(order))
+        for k in range(0, len(order), some):
+            counts = last[k : k + some] - np.arange(k, min(k + some, len(order))) - 1
+            first = np.repeat(np.arange(k, k + len(counts)), counts)
+            second = first + 1 + np.arange(len(first)) - np.repeat(np.cumsum(counts) - counts, counts)
+            i, j = order[first], order[second]
+            meet = (self._low[j, 1] <= self._high[i, 1] + eps) & (self._high[j, 1] >= self._low[i, 1] - eps)
+            found.append(np.sort(np.stack([i[meet], j[meet]], axis=1), axis=1))
+        return np.concatenate(found).T
+
+    def _meet(self, i, j, k):
+        """Where pieces i and j meet: root k = 0 or 1; NaN where there is none. Of neighbours, one root is the vertex
+        they share, and the other one its reflection, which stays exact where they are tangent."""
+        p = np.full((len(i), 2), np.nan)
+        arcs = self.is_arc[i].astype(int) + self.is_arc[j]
+        with np.errstate(all="ignore"):
+            if k == 0:
+                both = arcs == 0
+                a, b = i[both], j[both]
+                down = _cross(self.unit[a], self.unit[b])
+                t = _cross(self.start[b] - self.start[a], self.unit[b]) / np.where(np.abs(down) > 1e-12, down, np.nan)
+                p[both] = self.start[a] + t[:, None] * self.unit[a]
+            one = arcs == 1
+            a = np.where(self.is_arc[i], j, i)[one]  # the line
+            b = np.where(self.is_arc[i], i, j)[one]  # the arc
+            foot = self.start[a] + self.unit[a] * ((self.centre[b] - self.start[a]) * self.unit[a]).sum(1)[:, None]
+            p[one] = foot + (1, -1)[k] * self._half(b, np.hypot(*(foot - self.centre[b]).T))[:, None] * self.unit[a]
+            p[one] = self._reflected(a, b, p[one], foot, self.unit[a])
+            two = arcs == 2
+            a, b = i[two], j[two]
+            line = self.centre[b] - self.centre[a]
+            apart = np.hypot(*line.T)
+            apart = np.where(apart > TINY * self.size, apart, np.nan)
+            line = line / apart[:, None]
+            along = (apart + (self.radius[a] - self.radius[b]) * (self.radius[a] + self.radius[b]) / apart) / 2
+            foot = self.centre[a] + line * along[:, None]
+            p[two] = foot + (1, -1)[k] * self._half(a, along)[:, None] * _left(line)
+            p[two] = self._reflected(a, b, p[two], foot, _left(line))
+        return p
+
+    def _half(self, arc, away):
+        """Half of the chord that a line at a distance cuts from the circle of an arc; 0 if they touch."""
+        square = (self.radius[arc] - away) * (self.radius[arc] + away)
+        return np.sqrt(np.where(np.abs(square) < 1e-14 * self.radius[arc] ** 2, 0, square))
+
+    def _reflected(self, a, b, p, foot, way):
+        n = len(self.vertices)
+        for first, second in ((a, b), (b, a)):
+            shared = self.start[second]
+            other = shared - 2 * ((shared - foot) * way).sum(axis=1)[:, None] * way
+            p = np.where((((first + 1) % n == second) & (n > 2))[:, None], other, p)
+        return p
+
+    def _overlap(self, i, j):
+        """A point that pieces on the same line or circle have in common; NaN if there is none."""
+        eps = TINY * self.size
+        lines = ~self.is_arc[i] & ~self.is_arc[j]
+        with np.errstate(all="ignore"):
+            same = lines & (np.abs(_cross(self.unit[i], self.unit[j])) < 1e-9)
+            same &= np.abs(_cross(self.unit[i], self.start[j] - self.start[i])) < eps
+            circles = self.is_arc[i] & self.is_arc[j] & (np.hypot(*(self.centre[i] - self.centre[j]).T) < eps)
+            circles &= np.abs(self.radius[i] - self.radius[j]) < eps
+        found = np.full((len(i), 2), np.nan)
+        k = np.flatnonzero(same | circles)
+        for share in (0.0, 1.0, 0.5):  # of several points, the last one counts
+            for one, other in ((i[k], j[k]), (j[k], i[k])):
+                p = self.points(one, share)
+                t = self._share(other, p) * self.lengths[other]
+                within = (eps < t) & (t < self.lengths[other] - eps)
+                found[k[within]] = p[within]
+        return found
+
+    def _share(self, piece, p):
+        """The share of the length of pieces at which points on their lines or circles are; outside of 0..1 for points
+        that are not on the piece."""
+        d, a = p - self.start[piece], self.sweep[piece]
+        along, across = (d * self.unit[piece]).sum(axis=-1), _cross(self.unit[piece], d)
+        with np.errstate(all="ignore"):
+            wide = 1 + 2 * np.arctan2(across, along) / a
+            half = np.arcsin(np.clip(np.hypot(along, across) * np.sin(np.abs(a) / 2) / self.width[piece], -1, 1))
+            near = np.where(along < 0, -1, 1) * 2 * half / np.abs(a)
+        turn = 2 * np.pi / np.abs(a).clip(1e-9)  # what is farther than halfway around is behind the start
+        wide = np.where(wide > (1 + turn) / 2, wide - turn, wide)
+        wide = np.where(np.hypot(along, across) < TINY * self.size, 0, wide)
+        curved = np.where(np.abs(a) < 1, near, wide)
+        return np.where(self.is_arc[piece], curved, along / self.width[piece])
+
+    # ---- the room for balls
+
+    def touching(self, piece, share, most=np.inf):
+        """(radius [m], piece, its point) of the largest ball inside that touches the contour at a point of each of the
+        given pieces, and the piece that it touches then, too. Radii above `most` [m] may be too large."""
+        p, n = self.points(piece, share), self.normals(piece, share)
+        own = np.where(self.vertices[piece, 2] > 0, self.radius[piece], np.inf)
+        best, other = np.minimum(own, 2 * self.size), np.array(piece)
+        for k in range(0, len(p), 256):  # neighbours, which have few pieces in their reach
+            part = slice(k, k + 256)
+            low, high = p[part].min(axis=0) - 2 * most, p[part].max(axis=0) + 2 * most
+            near = np.flatnonzero(((self._low <= high) & (self._high >= low)).all(axis=1))
+            self._touching(near, p[part], n[part], piece[part], best[part], other[part], most)
+        return best, other
+
+    def _touching(self, pieces, p, n, piece, best, other, most):
+        """Makes best and other smaller for what `pieces` do to balls at points p with normals n of other pieces."""
+        d = self.start[pieces] - p[:, None]
+        ahead = (d * n[:, None]).sum(axis=-1)
+        with np.errstate(all="ignore"):
+            ball = np.where(ahead > TINY * self.size, (d**2).sum(axis=-1) / (2 * ahead), np.inf)
+        k = ball.argmin(axis=1)
+        ball = ball[np.arange(len(p)), k]
+        closer = ball < best * (1 - 1e-9)
+        best[closer], other[closer] = ball[closer], pieces[k[closer]]
+        reach = np.minimum(best, most)
+        c = p + reach[:, None] * n
+        grown = reach[:, None, None] * (1 + 1e-9)
+        near = ((self._low[pieces] <= c[:, None] + grown) & (self._high[pieces] >= c[:, None] - grown)).all(axis=-1)
+        at, q = np.nonzero(near & (pieces != piece[:, None]))
+        q = pieces[q]
+        o, m, u = p[at], n[at], _left(self.unit[q])
+        with np.errstate(all="ignore"):
+            ball = ((o - self.start[q]) * u).sum(axis=1) / (1 - (u * m).sum(axis=1))
+            foot = o + ball[:, None] * (m - u)
+            along = ((foot - self.start[q]) * self.unit[q]).sum(axis=1)
+            ok = (along >= 0) & (along <= self.width[q]) & ((u * m).sum(axis=1) < 1 - 1e-9)
+            way = np.sign(self.vertices[q, 2])  # inside of the circle, or outside
+            d = o - self.centre[q]
+            r = self.radius[q]
+            down = 2 * (r + way * (m * d).sum(axis=1))
+            round_ = way * (r - np.hypot(*d.T)) * (r + np.hypot(*d.T)) / down
+            away = o + round_[:, None] * m - self.centre[q]
+            foot = self.centre[q] + away * (r / np.hypot(*away.T))[:, None]
+            ok = np.where(self.is_arc[q], self._beside(q, foot) & (down > 1e-9 * r), ok)
+            ball = np.where(self.is_arc[q], round_, ball)
+        ok &= (ball > TINY * self.size) & np.isfinite(ball)
+        at, q, ball = at[ok], q[ok], ball[ok]
+        order = np.argsort(-ball, kind="stable")
+        closest = np.full(len(p), np.inf)
+        closest[at[order]] = ball[order]
+        partner = np.zeros(len(p), int)
+        partner[at[order]] = q[order]
+        closer = closest < best
+        best[closer], other[closer] = closest[closer], partner[closer]
+
+    def narrow(self, radius=np.inf):
+        """Places that a ball of a radius [m] does not reach, narrowest first, at most 1000: rows x, y [m] of the centre
+        and radius [m] of the largest ball that fits there. A place is an arc that the ball touches nowhere, a piece
+        between two others that face each other, and a slot with nearly parallel sides; a corner is none. Places within
+        a ball's diameter of each other are one."""
+        n, shares = len(self.vertices), np.array([0.05, 0.2, 0.35, 0.5, 0.65, 0.8, 0.95])
+        piece, share = np.repeat(np.arange(n), len(shares)), np.tile(shares, n)
+        ball, other = self.touching(piece, share, radius)
+        own = self.normals(piece, share)
+        centre = self.points(piece, share) + ball[:, None] * own
+        facing = self._facing(other, centre)
+        widest = ball.reshape(n, -1).argmax(axis=1)
+        k = len(shares) * np.arange(n) + widest
+        inner = (widest > 0) & (widest < len(shares) - 1)
+        before, after = facing[np.where(inner, k - 1, k)], facing[np.where(inner, k + 1, k)]
+        alone = (self.vertices[:, 2] > 0) & (ball[k] > self.radius * (1 - 1e-6))
+        chosen = [k[alone | (inner & ((before * after).sum(axis=1) < WALLS))]]
+        apart = (np.abs(piece - other) > 1) & (np.abs(piece - other) < n - 1)
+        slots = np.where(apart & ((own * facing).sum(axis=1) < SLOT), ball, np.inf).reshape(n, -1)
+        chosen.append((len(shares) * np.arange(n) + slots.argmin(axis=1))[np.isfinite(slots.min(axis=1))])
+        places, kept = np.unique(np.concatenate(chosen)), np.zeros((0, 3))
+        places = places[ball[places] < radius * (1 - 1e-9)]
+        for k in places[np.argsort(ball[places], kind="stable")]:
+            far = np.hypot(*(kept[:, :2] - centre[k]).T) > (2 * radius if np.isfinite(radius) else ball[k] / 2)
+            if far.all() and len(kept) < 1000:
+                kept = np.vstack([kept, [*centre[k], ball[k]]])
+        return kept
+
+    def _facing(self, piece, centre):
+        """The normals of pieces where a ball with this centre touches them."""
+        way = np.sign(self.vertices[piece, 2])[:, None]
+        with np.errstate(all="ignore"):
+            away = way * (centre - self.centre[piece])
+            round_ = -away / np.hypot(*away.T)[:, None]
+        return np.where(self.is_arc[piece][:, None], np.nan_to_num(round_), _left(self.unit[piece]))
+
+    # ---- other contours
+
+    def moved(self, by) -> "Contour":
+        """The contour moved by a vector [m]."""
+        return Contour(self.vertices + [*by, 0.0])
+
+    def offset(self, depth) -> list["Contour"]:
+        """The contours that are left, largest first, if each point moves by `depth` [m] into the solid, or for negative
+        values towards the balls; an array (n,) has a depth at each vertex, and between them it varies linearly.
+
+        The raw curve follows the moved pieces. Where these come apart, an arc around the vertex joins them, and
+        where they overlap, the way leads through the vertex. So its winding number counts how often a place is
+        covered by the inside and by the strips that the pieces sweep, and the result is the boundary of what is covered
+        (of what is left, for negative depths). An arc does not move beyond its centre."""
+        raw = self._raw(np.broadcast_to(np.asarray(depth, float), len(self.vertices)))
+        return [] if len(raw) < 2 else _boundary(raw)
+
+    def _raw(self, depth):
+        n, every = len(self.vertices), np.arange(len(self.vertices))
+        first, last = self.normals(every, 0.0), self.normals(every, 1.0)
+        limit = [np.where(self.is_arc & (self.vertices[:, 2] * d < 0), np.minimum(np.abs(d), self.radius), np.abs(d))
+                 * np.sign(d) for d in (depth, np.roll(depth, -1))]  # fmt: skip
+        begin, end = self.start - limit[0][:, None] * first, self.end - limit[1][:, None] * last
+        before = np.roll(last, 1, axis=0)
+        far_end, far_begin = self.start - depth[:, None] * before, self.start - depth[:, None] * first
+        turn = np.arctan2(_cross(before, first), (before * first).sum(axis=1))
+        clipped = np.abs(limit[0]) + np.abs(limit[1]) < np.abs(depth) + np.abs(np.roll(depth, -1))
+        bulge = np.where(clipped, 0.0, self.vertices[:, 2])
+        rows = []
+        for i in range(n):
+            if turn[i] * np.sign(depth[i]) > 1e-9:
+                rows += [(*end[i - 1], 0.0), (*far_end[i], math.tan(turn[i] / 4)), (*far_begin[i], 0.0)]
+            elif abs(turn[i]) > 1e-9:
+                rows += [(*end[i - 1], 0.0), (*self.start[i], 0.0)]
+            else:
+                rows.append((*end[i - 1], 0.0))
+            rows.append((*begin[i], bulge[i]))
+        rows = np.array(rows)
+        step = np.hypot(*(np.roll(rows[:, :2], -1, axis=0) - rows[:, :2]).T)
+        return rows[step > 1e-13 * self.size]
+
+    def fitted(self, tolerance) -> "Contour":
+        """Fewer lines and arcs, at most `tolerance` [m] away, that enclose the same area; corners stay."""
+        every = np.arange(len(self.vertices))
+        first, before = self.normals(every, 0.0), np.roll(self.normals(every, 1.0), 1, axis=0)
+        turn = np.abs(np.arctan2(_cross(before, first), (before * first).sum(axis=1)))
+        begin = int(turn.argmax())
+        rows = np.roll(self.vertices, -begin, axis=0)
+        return Contour(fitted(np.concatenate([rows, rows[:1]]), tolerance)[:-1])
+
+    # ---- files
+
+    def text(self, comments=()) -> str:
+        """The content of a contour file."""
+        lines = [f"# {plain(line)}" for line in (*comments, "x [m]  y [m]  bulge (tan of a quarter of the sweep)")]
+        return "\n".join(lines + [" ".join(repr(float(x) + 0.0) for x in row) for row in self.vertices]) + "\n"
+
+    @classmethod
+    def read(cls, path) -> "Contour":
+        """Reads a contour file: rows x y [m] bulge; # begins a comment. A UserError names the wrong line."""
+        rows = []
+        with opened(path, "a contour") as file:
+            for number, line in enumerate(file, 1):
+                words = line.partition(b"#")[0].decode("latin-1").split()
+                if not words:
+                    continue
+                try:
+                    row = [float(word) for word in words]
+                    if len(row) != 3 or not all(map(math.isfinite, row)):
+                        raise ValueError
+                except ValueError:
+                    said = plain(" ".join(words)[:60])
+                    raise UserError(f"{path}:{number}: expected 'x y bulge' (metres), got '{said}'") from None
+                rows.append(row)
+                if len(rows) > MOST_PIECES:
+                    raise UserError(f"{path}:{number}: expected at most {MOST_PIECES} vertices")
+        try:
+            return cls(rows)
+        except ValueError as fault:
+            raise UserError(f"{path}: {fault}") from None
+
+
+def signed_area(rows) -> float:
+    """The area [m^2] that rows (n, 3) enclose, below 0 for clockwise ones."""
+    p = rows[:, :2] - rows[:, :2].mean(axis=0)
+    q = np.roll(p, -1, axis=0)
+    return float((_cross(p, q) / 2 + ((q - p) ** 2).sum(axis=1) * _bow(rows[:, 2])).sum())
+
+
+def _divided(contour, counts):
+    piece = np.repeat(np.arange(len(counts)), counts)
+    share = (np.arange(len(piece)) - np.repeat(np.cumsum(counts) - counts, counts)) / counts[piece]
+    return np.column_stack([contour.points(piece, share), np.tan(contour.sweep[piece] / counts[piece] / 4)])
+
+
+class _Curve(Contour):
+    """A closed curve that may cross itself, in either direction."""
+
+    def __init__(self, rows):
+        self.vertices = np.asarray(rows, float)
+        self._measure(self.vertices)
+
+
+def _boundary(raw) -> list[Contour]:
+    """The contours around the places about which a closed curve (N, 3) winds once or more, largest first; rooms of the
+    solid within them are left out."""
+    curve = _Curve(raw)
+    pieces, shares, points = curve._meetings()
+    if not len(pieces):
+        return [Contour(raw)] if signed_area(curve.vertices) > 0 else []
+    runs = _runs(curve, pieces, shares, points)
+    middles, normals, steps = (np.array(x) for x in zip(*(_middle(curve, run) for _, _, run in runs)))
+    left = curve.winding(middles + steps[:, None] * normals)
+    right = curve.winding(middles - steps[:, None] * normals)
+    kept: dict[int, list] = {}
+    for (begin, end, run), a, b in zip(runs, left, right):
+        if a >= 1 and b <= 0:
+            kept.setdefault(begin, []).append((end, run))
+    found = []
+    while kept:
+        begin = at = next(iter(kept))
+        rows: list = []
+        while at in kept:
+            end, run = kept[at].pop()
+            if not kept[at]:
+                del kept[at]
+            rows += run
+            at = end
+            if at == begin:
+                break
+        loop = _joined(curve, rows) if at == begin else []
+        if len(loop) > 1 and signed_area(loop) > (TINY * curve.size) ** 2:
+            found.append(Contour(loop))
+    return sorted(found, key=lambda one: -one.area)
+
+
+def _runs(curve, pieces, shares, points):
+    """[(node, node, [(piece, from share, to share)])]: the curve, cut where it meets itself. Nodes are numbers."""
+    n = len(curve.vertices)
+    cuts: list[list] = [[] for _ in range(n)]
+    same = list(range(n + len(points)))
+
+    def root(k):
+        while same[k] != k:
+            k = same[k]
+        return k
+
+    crossed = set()
+    for k, (pair, share) in enumerate(zip(pieces.tolist(), shares.tolist())):
+        for i, t in zip(pair, share):
+            slack = 2 * TINY * curve.size / curve.lengths[i]
+            if slack < t < 1 - slack:
+                cuts[i].append((t, n + k))
+            else:
+                same[root(n + k)] = root((i + (t > 0.5)) % n)
+        crossed.add(n + k)
+    crossed = {root(k) for k in crossed}
+    steps = []  # (piece, from, to, node at the end)
+    for i in range(n):
+        at = 0.0
+        for t, node in sorted(cuts[i]):
+            if t > at:
+                steps.append((i, at, t, root(node)))
+                at = t
+        steps.append((i, at, 1.0, root((i + 1) % n)))
+    ends = [k for k, step in enumerate(steps) if step[3] in crossed]
+    steps = steps[ends[-1] + 1 :] + steps[: ends[-1] + 1]
+    runs, run, begin = [], [], steps[-1][3]
+    for i, a, b, node in steps:
+        run.append((i, a, b))
+        if node in crossed:
+            runs.append((begin, node, run))
+            run, begin = [], node
+    return runs
+
+
+def _middle(curve, run):
+    """(point, normal to the left, a small step) in the middle of the longest piece of a run."""
+    i, a, b = max(run, key=lambda step: (step[2] - step[1]) * curve.lengths[step[0]])
+    t = (a + b) / 2
+    return curve.points(i, t), curve.normals(i, t), 1e-4 * (b - a) * curve.lengths[i]
+
+
+def _joined(curve, run):
+    piece, a, b = (np.array(x) for x in zip(*run))
+    rows = np.column_stack([curve.points(piece, a), np.tan(curve.sweep[piece] * (b - a) / 4)])
+    step = np.hypot(*(np.roll(rows[:, :2], -1, axis=0) - rows[:, :2]).T)
+    return rows[step > TINY * curve.size / 10]
+
+
+def fitted(rows, tolerance) -> np.ndarray:
+    """Rows (m, 3) of fewer lines and arcs along an open path (n, 3) of them, between the same ends, at most `tolerance`
+    [m] away, with the same area below them; the last bulge has no meaning."""
+    rows = np.asarray(rows, float)
+    p, closing = rows[:, :2] - rows[0, :2], np.diff(rows[:, :2], axis=0)
+    swept = np.concatenate([[0], np.cumsum(_cross(p[:-1], p[1:]) / 2 + (closing**2).sum(1) * _bow(rows[:-1, 2]))])
+    half = 2 * np.arctan(rows[:-1, 2])
+    way = np.arctan2(closing[:, 1], closing[:, 0])
+    turn = (way[1:] - half[1:] - way[:-1] - half[:-1] + np.pi) % (2 * np.pi) - np.pi
+    corner = np.append(np.abs(turn) > CORNER, True)  # at the end of each piece
+    middle = (p[:-1] + p[1:]) / 2 - _left(closing) * rows[:-1, 2:] / 2
+    kept, i, last = [], 0, len(rows) - 1
+
+    def arc(i, j):
+        """The bulge of one arc from vertex i to j, None if it is too far away."""
+        if j == i + 1:
+            return rows[i, 2]
+        chord = p[j] - p[i]
+        width = math.hypot(*chord)
+        if not width > 0:
+            return None
+        bulge = _bulge_of((swept[j] - swept[i] + _cross(p[j], p[i]) / 2) / width**2)
+        if bulge is None:
+            return None
+        unit, some = chord / width, np.concatenate([p[i + 1 : j], middle[i:j]])
+        x, y = (some - p[i]) @ unit - width / 2, (some - p[i]) @ _left(unit)
+        # the arc as height below its chord: -y = f(x); without the centre, so that straight ones are no special case
+        k = 4 * bulge / (width * (1 + bulge * bulge))  # curvature
+        sag = bulge * width / 2
+        root = 1 - (k * x) ** 2
+        if (root < 0.04).any() or (np.abs(x) > width / 2 * (1 + 1e-9)).any():
+            return None
+        fall = sag - k * x * x / (1 + np.sqrt(root))
+        return bulge if (np.abs(y + fall) * np.sqrt(root) <= tolerance).all() else None
+
+    while i < last:
+        end = i + int(np.argmax(corner[i:])) + 1  # the next corner
+        step, j, bulge = 1, i + 1, rows[i, 2]
+        while step and j < end:
+            to = min(j + step, end)
+            fits = arc(i, to)
+            if fits is not None:
+                j, bulge, step = to, fits, step * 2
+            else:
+                step = min(step, to - j) // 2
+        kept.append((*rows[i, :2], bulge))
+        i = j
+    return np.array([*kept, rows[-1]])
+
+
+def _bulge_of(area):
+    """The bulge of an arc with this area between it and its chord of length 1; None above 0.6."""
+    b = 3 * area
+    for _ in range(30):
+        if abs(b) > 0.7:
+            return None
+        slope = (_bow(b + 1e-4) - _bow(b - 1e-4)) / 2e-4
+        step = (float(_bow(b)) - area) / float(slope)
+        b -= step
+        if abs(step) < 1e-15:
+            break
+    return float(b) if abs(b) <= 0.6 else None
+
+
+# ---- wear
+
+
+def along(contour: Contour, s, depth):
+    """(area, mean) of depths [m] at developed lengths s [m] (increasing, within one turn), linear between them and
+    periodic: their integral [m^2], and a function mean(x, width) that gives the mean over `width` [m] around x."""
+    s, depth, length = np.asarray(s, float).ravel(), np.asarray(depth, float).ravel(), contour.length
+    if s.shape != depth.shape or not len(s) or not np.isfinite(s).all() or not np.isfinite(depth).all():
+        raise ValueError("expected as many finite depths as places")
+    if not 0 <= s[0] <= s[-1] < length * (1 + 1e-12) or (np.diff(s) <= 0).any() or s[-1] - s[0] >= length:
+        raise ValueError(f"places along the contour: expected increasing ones from 0 to {length} m")
+    x, y = np.append(s, s[0] + length), np.append(depth, depth[0])
+    total = np.concatenate([[0], np.cumsum(np.diff(x) * (y[1:] + y[:-1]) / 2)])
+
+    def integral(at):
+        turns, rest = np.divmod(at - x[0], length)
+        rest = rest + x[0]
+        k = np.clip(np.searchsorted(x, rest, side="right") - 1, 0, len(x) - 2)
+        d = rest - x[k]
+        return turns * total[-1] + total[k] + d * (y[k] + d * (y[k + 1] - y[k]) / (x[k + 1] - x[k]) / 2)
+
+    def mean(at, width):
+        if width == 0:
+            return np.interp((at - x[0]) % length + x[0], x, y)
+        return (integral(at + width / 2) - integral(at - width / 2)) / width
+
+    return float(total[-1]), mean
+
+
+def worn(contour: Contour, s, depth, smooth=0.0, tolerance=None) -> Contour:
+    """The contour after wear: `depth` [m] (not below 0) at developed lengths s [m] (increasing, within one turn), into
+    the solid; linear between them. Depths are averaged over a length `smooth` [m] along the contour, which keeps their
+    sum. The result has lines and arcs within `tolerance` [m] (default: a hundredth of the mean depth) of the worn
+    shape, and its area is larger by exactly the integral of depth over length: the depths are multiplied by a common
+    factor, because at the edges of a lifter two faces lose the same material. Material that comes loose is gone.
+    ValueError if nothing of that shape is left."""
+    if np.min(depth) < 0 or not 0 <= smooth < contour.length:
+        raise ValueError("expected depths of 0 or more, and a smoothing length below the length of the contour")
+    area, mean = along(contour, s, depth)
+    if area == 0:
+        return contour
+    step = smooth / 4 if smooth else contour.length / max(400, 2 * len(np.atleast_1d(s)))
+    fine = contour.divided(max(step, contour.length / 8000))
+    at = np.concatenate([[0], np.cumsum(fine.lengths)[:-1]])
+    depths = mean(at, smooth)
+    factor, tried = 1.0, []
+    for _ in range(12):
+        left = fine.offset(factor * depths)
+        if not left:
+            raise ValueError("the depths are larger than the contour")
+        new = left[0]
+        tried.append((factor, (new.area - contour.area) / area - 1))
+        if abs(tried[-1][1]) < 1e-7:
+            break
+        (f, e), (g, d) = tried[-1], tried[-2] if len(tried) > 1 else (0.0, -1.0)
+        factor = f - e * (f - g) / (e - d) if e != d else f / (1 + e)
+        if not 0 < factor < 10:
+            factor = f / (1 + e)
+    if not abs(tried[-1][1]) < 1e-3:
+        raise ValueError("no contour has lost this area: smaller depths, or a larger smoothing length")
+    new = new.fitted(area / contour.length / 100 if tolerance is None else tolerance)
+    # what is left is some 1e-9 of the size
+    return Contour(new.vertices * [*[math.sqrt((contour.area + area) / new.area)] * 2, 1.0])
