@@ -27,6 +27,7 @@ from milltools.base.text import plain, spoken_unit
 from milltools.read import deck_text, expression, values
 from milltools.read.kinds import label
 from milltools.read.results import Results
+from milltools.study.plan.formulas import Formulas
 from milltools.study.plan.job import FRICTIONLESS
 from milltools.study.plan.ranges import Range, unit_written
 from milltools.study.plan.study_deck import Objective
@@ -246,6 +247,7 @@ class StudyView:
         self.axes = [self._axis(entry, said.get(entry["key"])) for entry in meta["vary"]]
         self.objectives = [Aim(o["path"], o["goal"], spoken_unit(o.get("unit") or "")) for o in meta["objectives"]]
         self.require = [expression.Requirement.read(text) for text in meta.get("require") or ()]
+        self.formulas = Formulas.of(meta)
         self._estimates = {}
         keys = [axis.key for axis in self.axes]
         self.design_of = self.rows.groupby(keys, sort=False, dropna=False).ngroup().to_numpy()
@@ -335,8 +337,25 @@ class StudyView:
 
     @functools.cached_property
     def feasible(self) -> np.ndarray:
-        """Designs whose means meet all requirements."""
-        return np.all([np.ones(len(self.designs), bool), *map(self.meets, self.require)], axis=0)
+        """Designs whose keys and means meet all requirements."""
+        return np.all([self.possible, *map(self.meets, self.require)], axis=0)
+
+    @functools.cached_property
+    def possible(self) -> np.ndarray:
+        """Designs whose keys meet what is required of keys: an earlier plan may have had others."""
+        rules = self.formulas.rules
+        return np.array([not rules or self.formulas.met(one) for one in self.designs.to_dict("records")], bool)
+
+    def derived(self, design: int) -> list[str]:
+        """The keys that follow from those of a design: "body.lifter.turn_by = 45 deg"."""
+        line = self.rows.iloc[int(np.flatnonzero(self.design_of == design)[0])]
+        told = []
+        for key, about in self.formulas.derived.items():
+            unit, size = TURNING.get(about["unit"], (about["unit"], 1.0))
+            if unit in ("m", "s") and 0 < abs(line[key]) < 0.5:
+                unit, size = f"m{unit}", 1e-3
+            told.append(f"{key} = {line[key] / size:.5g} {unit}".removesuffix(" 1"))
+        return told
 
     def meets(self, one) -> np.ndarray:
         """Designs whose mean meets one requirement."""

@@ -22,6 +22,7 @@ from milltools.figures import style
 from milltools.player import parts, player
 from milltools.read import values
 from milltools.read.runfile import Run
+from milltools.study.plan import formulas
 from milltools.study.show import contour, optimum, pair, summary, tradeoff
 
 FOLDER = pathlib.Path(__file__).parent
@@ -145,17 +146,23 @@ def _plane(view, objective):
 
 
 def settings(view, design, words=()) -> list[str]:
-    """The varied keys of a design as `millsim --set` takes them: in SI, or as `words` has them, see spoken()."""
-    line, common, found = view.designs.iloc[design], view.meta.get("common") or {}, []
-    for entry in view.meta["vary"]:
+    """The varied keys of a design, and those that follow, as `millsim --set` takes them: in SI, or as `words` has them,
+    see spoken(). A vector stands for its components."""
+    line, common, found = view.rows.iloc[np.flatnonzero(view.design_of == design)[0]], view.meta.get("common") or {}, {}
+    for entry in [*view.meta["vary"], *view.formulas.derived.values()]:
         key, value = entry["key"], line[entry["key"]]
-        text = repr(float(value)) if entry["kind"] == "number" else str(value)
-        names = [name for name in common if fnmatchcase(name, key)] if "*" in key else [key]
+        vector, place = values.component_of(key) or (key, None)
+        text = formulas.text_of(float(value), entry["kind"]) if key in view.formulas.derived else str(value)
+        text = repr(float(value)) if entry["kind"] == "number" else text
         order = (text, entry.get("unit") or "1")
-        if entry["kind"] == "number" and (key, float(value)) in words:
+        if entry["kind"] == "number" and place is None and (key, float(value)) in words:
             order = words[key, float(value)], "1"
-        found += [values.order(name, *order) for name in names]
-    return found
+        for name in [name for name in common if fnmatchcase(name, vector)] if "*" in key else [vector]:
+            if place is not None:
+                parts = (found.get(name) or (common[name], ""))[0].split()
+                order = " ".join([*parts[:place], text, *parts[place + 1 : 3]]), order[1]
+            found[name] = order
+    return [values.order(name, *order) for name, order in found.items()]
 
 
 def spoken(view) -> dict:
