@@ -165,7 +165,7 @@ class Quantity:
 
     def _doubt(self, gap: "Quantity"):
         """Itself; without an error where `gap` may as well be 0, at which its slope is not one number."""
-        near = self.shares and abs(gap.value) <= 1.96 * gap.error
+        near = gap.shares and abs(gap.value) <= 1.96 * gap.error
         return dataclasses.replace(self, shares={"": np.array([math.nan])}, own="") if near else self
 
     @staticmethod
@@ -491,6 +491,12 @@ def sides(text: str) -> tuple[Expression, int, Expression]:
     if not found:
         raise UserError(f"expected a requirement such as 'power <= 225 W', got '{text[:80]}'")
     return parsed(found[1].strip()), 1 if "<" in found[2] else -1, parsed(found[3].strip())
+
+
+def keys_of(text: str) -> list[str]:
+    """The names in a requirement that may be keys."""
+    left, _, right = sides(text)
+    return [*left.keys, *right.keys]
 
 
 @dataclasses.dataclass(frozen=True)

@@ -73,6 +73,10 @@ class Formulas:
         names = (name, *(component_of(name) or ())[:1])
         return next((key for one in names for key in self.units if fnmatch.fnmatchcase(one, key)), None)
 
+    def has(self, name) -> bool:
+        """Whether it has the value of a key."""
+        return name in self.derived or name in self.known or self._varied(name) is not None
+
     def roots(self, name, seen=()) -> set[str]:
         """The varied keys from which a key follows; itself if it is varied."""
         if name in self.derived and name not in seen:

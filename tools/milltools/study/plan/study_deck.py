@@ -101,7 +101,7 @@ class Study:
         UserError. They are tried at the ends of the ranges."""
         vary, texts = [r.about() for r in self.vary], {e.key: expression.parsed(e.value).text for e in derived}
         names = {name for text in texts.values() for name in expression.parsed(text).keys}
-        names |= {name for _, rule in rules for side in expression.sides(rule)[::2] for name in side.keys}
+        names |= {name for _, rule in rules for name in expression.keys_of(rule)}
         known = {}
         for name in sorted(names):
             vector, place = component_of(name) or (name, None)
@@ -111,31 +111,20 @@ class Study:
                 known[name] = [text if whole else text.split()[place], self.base[vector].unit]
         ends = [{r.key: r.values[end] if r.values else (r.low, r.high)[end] for r in self.vary} for end in (0, -1)]
         found = Formulas(vary, [{"key": key, "text": text} for key, text in texts.items()], [], known)
-        told = []
+        about = []
         for entry in derived:
-            faults = []
-            for design in ends:
-                with _placed(entry, entry.key):
-                    quantity = found.look(design)(entry.key)
-                unit = expression.spelled(expression.felt(quantity.powers))
-                texts_of = dict.fromkeys(text_of(quantity.value, kind) for kind in ("number", "whole"))
-                try:
-                    told.append(_any(entry, [order(entry.key, text, unit) for text in texts_of]))
-                    break
-                except UserError as fault:
-                    faults.append(fault)
-            else:
-                raise faults[0]
-        about = [
-            {"key": one.key, "text": texts[one.key], "unit": one.unit, "kind": one.kind, "meaning": one.meaning}
-            for one in told
-        ]
-        found = Formulas(vary, about, [rule for _, rule in rules], known)
+            orders = []
+            with _placed(entry, entry.key):
+                for quantity in (found.look(design)(entry.key) for design in ends):
+                    unit = expression.spelled(expression.felt(quantity.powers))
+                    orders += [order(entry.key, text_of(quantity.value, kind), unit) for kind in ("number", "whole")]
+            one = _first(entry, orders)
+            about.append({name: getattr(one, name) for name in ("key", "unit", "kind", "meaning")})
+            about[-1]["text"] = texts[entry.key]
         for entry, rule in rules:
             with _placed(entry, entry.key):
-                for design in ends:
-                    holds(rule, found.look(design))
-        return found
+                holds(rule, found.look(ends[0]))
+        return Formulas(vary, about, [rule for _, rule in rules], known)
 
     def _check_component(self, key):
         """UserError for a component of a vector that no deck gives."""
@@ -268,22 +257,19 @@ class Study:
     def about(self, planned=None, command="") -> dict:
         """The metadata of the table."""
         own = ("file", "record", "method", "samples", "seed", "replicates", "fingerprint")
-        return (
-            {name: getattr(self, name) for name in own}
-            | {
-                "study": self.text,
-                "deck": self.deck_text,
-                "common": self.common(),
-                "objectives": [dataclasses.asdict(objective) for objective in self.objectives],
-                "require": [one.text for one in self.require],
-                "notes": cautions.cautions(self),
-                "vary": [r.about() for r in self.vary],
-                "planned": planned,
-                "command": command,
-                "version": engine.version(),
-            }
-            | self.formulas.about()
-        )
+        return {name: getattr(self, name) for name in own} | {
+            "study": self.text,
+            "deck": self.deck_text,
+            "common": self.common(),
+            "objectives": [dataclasses.asdict(objective) for objective in self.objectives],
+            "require": [one.text for one in self.require],
+            "notes": cautions.cautions(self),
+            "vary": [r.about() for r in self.vary],
+            "planned": planned,
+            "command": command,
+            "version": engine.version(),
+            **self.formulas.about(),
+        }
 
 
 class _Lines:
@@ -324,12 +310,14 @@ class _Lines:
         section, _, key = name.partition(".")
         if section not in ("study", "vary"):
             section, key = "set", name
-        # lines of a list on the command line add up, and replace those of the study deck
-        if section != "study" or key not in lines.LISTS or any(one.line for one in self.lists(key)):
-            self.entries.pop((section, key), None)
-            self.more = [one for one in self.more if one.key != key or section != "study"]
-        if value.strip() or key not in lines.LISTS:
-            self._add(lines.Entry(section, key, value.strip(), f"--set {text}"))
+        entry, many = lines.Entry(section, key, value.strip(), f"--set {text}"), key in lines.LISTS
+        if section == "study" and many and all(not one.line for one in self.lists(key)) and value.strip():
+            self._add(entry)  # lines of a list on the command line add up
+        else:
+            self.entries[section, key] = entry  # in the place of the old one
+            self.more = [one for one in self.more if (one.section, one.key) != (section, key)]
+        if section == "study" and many and not value.strip():
+            del self.entries[section, key]
         # a key that becomes fixed is no longer varied, and the other way round
         if section != "study":
             self.entries.pop(("vary" if section == "set" else "set", key), None)
@@ -367,8 +355,8 @@ class _Lines:
         """What results must meet; (entry, text) of what keys must meet."""
         results, rules = [], []
         for entry in self.lists("require"):
-            for text in self._read(entry, lambda text: (expression.sides(text), text)[1]):
-                if any(self._is_key(name) for side in expression.sides(text)[::2] for name in side.keys):
+            for text in expression.split(entry.value):
+                if any(map(self._is_key, *self._read(entry, expression.keys_of, [text]))):
                     rules.append((entry, " ".join(text.split())))
                 else:
                     results += self._read(entry, expression.Requirement.read, [text])
@@ -537,12 +525,12 @@ def _placed(entry, key):
         raise UserError(entry.fault(str(fault).removeprefix(f"[{section}] {name}: ")), fault.status) from None
 
 
-def _any(entry, orders) -> Value:
+def _first(entry, orders) -> Value:
     """The first of these that millsim accepts; else its message about the first."""
+    for one in orders:
+        with contextlib.suppress(UserError):
+            return tell([one])[0]
     with _placed(entry, entry.key):
-        for one in orders[1:]:
-            with contextlib.suppress(UserError):
-                return tell([one])[0]
         return tell(orders[:1])[0]
 
 

@@ -323,7 +323,9 @@ class StudyView:
         requirements such as "power <= 225 W". Returns the objective."""
         goal, text = re.fullmatch(r"\s*(?:(maximise|minimise)\b)?(.*)", objective or "", re.S).groups()
         chosen = self.aim(text, goal or "maximise") if text.strip() else self.objectives[0]
-        asked = [expression.Requirement.read(text) for text in require]
+        rules = [text for text in require if any(map(self.formulas.has, expression.keys_of(text)))]
+        self.formulas.rules += [text for text in rules if text not in self.formulas.rules]
+        asked = [expression.Requirement.read(text) for text in require if text not in rules]
         new = {(one.expression.text, one.sign) for one in asked}  # a new limit replaces that of the study
         self.require = [one for one in self.require if (one.expression.text, one.sign) not in new] + asked
         for one in asked:
@@ -331,7 +333,7 @@ class StudyView:
                 one.check(told)
         if chosen not in self.objectives:
             self.objectives = [chosen]
-        for name in ("feasible", "_optima"):
+        for name in ("feasible", "possible", "_optima"):
             self.__dict__.pop(name, None)
         return chosen
 

@@ -148,7 +148,8 @@ def _plane(view, objective):
 def settings(view, design, words=()) -> list[str]:
     """The varied keys of a design, and those that follow, as `millsim --set` takes them: in SI, or as `words` has them,
     see spoken(). A vector stands for its components."""
-    line, common, found = view.rows.iloc[np.flatnonzero(view.design_of == design)[0]], view.meta.get("common") or {}, {}
+    line = {**view.rows.iloc[np.flatnonzero(view.design_of == design)[0]], **view.designs.iloc[design]}
+    common, found = view.meta.get("common") or {}, {}
     for entry in [*view.meta["vary"], *view.formulas.derived.values()]:
         key, value = entry["key"], line[entry["key"]]
         vector, place = values.component_of(key) or (key, None)
