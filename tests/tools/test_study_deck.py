@@ -163,7 +163,7 @@ def test_an_override_may_name_study_set_and_vary(write_study):
         ("deck = deck.ini\n", "", "a.study: [study] deck: missing; expected the name of the base deck"),
         ("deck.ini", "none.ini", "a.study:2: [study] deck: none.ini: no such file"),
         ("record = ", "remark = ", "a.study:4: [study] remark: unknown key; there are deck, "),
-        ("maximise = ", "record = ", "is given twice (first in line 3)"),
+        ("maximise = ", "deck = ", "is given twice (first in line 2)"),
         ("maximise = ", "# ", "a.study: [study] maximise: missing, and so is minimise"),
         ("maximise = impacts", "maximise = im pacts", "a.study:3: [study] maximise: 'im pacts/all"),
         ("record = ", "replicates = 0\n#",

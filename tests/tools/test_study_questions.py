@@ -258,7 +258,10 @@ RATIO = "is not: the ratio of the speeds of 'sun' and of 'jar', which it carries
 @pytest.mark.parametrize(
     "vary, said",
     [
-        ("body.pin.copies = 4, 8", ""),
+        ("body.pin.copies = 4, 8", "4 with body.pin.turn_by = 45 deg: 4 times this angle are 180 deg, and in the base"),
+        ("body.pin.copies = 3, 4\nbody.pin.turn_by = 45 deg, 60 deg", ""),
+        ("body.pin.copies = 4, 8, 12\nbody.pin.turn_by = 360 deg / body.pin.copies", ""),
+        ("body.pin.turn_by = 45, 30 deg", "write 'body.pin.copies = 360 deg / body.pin.turn_by' into [set]"),
         (
             "body.pin.copies = 4, 8, 12",
             "12 with body.pin.turn_by = 45 deg: only 8 places, so 4 of the copies are where",
@@ -277,8 +280,10 @@ RATIO = "is not: the ratio of the speeds of 'sun' and of 'jar', which it carries
         ),
         ("body.pin.copies = 14\nbody.pin.turn_by = 51 deg, 25.72 deg", ""),
         ("body.pin.copies = 50\nbody.pin.turn_by = 0.2 deg, 7 deg", ""),
-        ("body.*.copies = 4, 8", ""),
+        ("body.*.copies = 4, 8", "write 'body.pin.turn_by = 360 deg / body.pin.copies' into [set]"),
         ("motion.sun.speed = 60, 80 rpm", f"motion.sun.speed is varied, and motion.jar.speed {RATIO}"),
+        ("motion.sun.speed = 60, 80 rpm", "to keep it write 'motion.jar.speed = -2 * motion.sun.speed' into [set]"),
+        ("motion.sun.speed = 60, 80 rpm\nmotion.jar.speed = -2 * motion.sun.speed", ""),
         ("motion.jar.speed = 60, 80 rpm", f"motion.jar.speed is varied, and motion.sun.speed {RATIO}"),
         ("motion.sun.speed = 60, 80 rpm\nmotion.jar.speed = -120, -160 rpm", ""),
     ],

@@ -119,8 +119,8 @@ def _file(study: StudyDeck, output: object) -> Iterator[tuple[str, list[str]]]:
 
 @dataclasses.dataclass(frozen=True)
 class BestDesign:
-    """`design`: the varied keys as milltools.run(deck, **design) takes them; `value` of `objective` there, with its
-    error."""
+    """`design`: the varied keys, and those that follow, as milltools.run(deck, **design) takes them; `value` of
+    `objective` there, with its error."""
 
     design: dict[str, str]
     objective: str
@@ -157,18 +157,13 @@ class StudyResult:
     def best(self) -> BestDesign | None:
         """The best design of those that were run, by the first objective; None if no run has a value. With enough runs
         the value and its error are those of a Gaussian process through all of them."""
-        from milltools.read.values import order
-        from milltools.study.show import optimum
+        from milltools.study.show import optimum, page
 
         view, objective = self._view, self._view.objectives[0]
         found = optimum.find(view, objective)
         if found is None:
             return None
-        row, design = view.designs.iloc[found.design], {}
-        for axis in self._table.meta["vary"]:
-            value = row[axis["key"]]
-            text = repr(float(value)) if axis["kind"] == "number" else str(value)
-            design[axis["key"]] = order(axis["key"], text, axis.get("unit", "1")).partition("=")[2]
+        design = {key: text for key, _, text in (one.partition("=") for one in page.settings(view, found.design))}
         unit = self._table.meta["objectives"][0].get("unit", "")
         return BestDesign(design, objective.path, Measurement(found.value, found.half / optimum.REACH, unit))
 

@@ -205,8 +205,18 @@ def rows(run: Run, sets: typing.Sequence[str] = ()) -> list[Row]:
     if stuff:
         found += _of_powder(run, stuff, sort, sums.carrying(run, CARRIED))
     if heat:
-        found += _temperatures(laws.Heat(power, mass, stuff.mass if stuff else 0.0, heat), error / power)
+        found += _temperatures(
+            laws.Heat(power, mass, stuff.mass if stuff else 0.0, heat), error / power if power else math.nan
+        )
     return found
+
+
+def scalars(run: Run) -> dict[str, tuple[float, float, str]]:
+    """{path: (value, standard error, unit)} of rows(), as studies keep them: "dose/dose_rate"."""
+    hard = {"hard impacts": "/s", "hard impacts per joule": "/J", "power of hard impacts": "W"}
+    told = {name: (math.nan, math.nan, unit) for name, unit in hard.items()}  # without impacts none is hard
+    told |= {row.name: (row.value, row.error, row.unit or "1") for row in rows(run)}
+    return {f"dose/{name.replace(' ', '_')}": known for name, known in told.items()}
 
 
 def _hard(run: Run, which: Hard, work: str) -> list[Row]:

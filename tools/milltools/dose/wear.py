@@ -122,13 +122,34 @@ def parts(found: list[Face]) -> list[tuple[Face, Face]]:
     done = []
     for name, own in itertools.groupby(sorted(found, key=lambda f: f.part), operator.attrgetter("part")):
         own = list(own)
-        add = {key: sum(getattr(f, key) for f in own) for key in ("area", "rate", "normal", "sliding", "erosion")}
-        deepest = float(np.fmax.reduce([f.deepest for f in own]))
-        depth = sum(f.depth * f.area for f in own) / add["area"]
-        whole = Face(name, "", **add, depth=depth, deepest=deepest, peak=max(f.peak for f in own))
+        whole = _joined(name, own)
         some = [f for f in own if f.power > LEAST * whole.power]
         done.append((whole, max(some or own, key=lambda f: f.density)))
     return sorted(done, key=lambda pair: -pair[0].power)
+
+
+def _joined(name: str, own: list[Face]) -> Face:
+    """Several faces as one."""
+    add = {key: sum(getattr(f, key) for f in own) for key in ("area", "rate", "normal", "sliding", "erosion")}
+    depth = sum(f.depth * f.area for f in own) / add["area"] if own else math.nan
+    deepest = float(np.fmax.reduce([f.deepest for f in own], initial=math.nan))
+    return Face(name, "", **add, depth=depth, deepest=deepest, peak=max((f.peak for f in own), default=0.0))
+
+
+def scalars(run: Run) -> dict[str, tuple[float, float, str]]:
+    """{path: (value, standard error (not known), unit)} of the parts of each kind of contact and of all, as studies
+    keep them: "wear/ball_lifter/depth". Depth and erosion are there if the deck has coefficients."""
+    wear, found, told = Wear(run), faces(run), {}
+    kinds = {wear.part_name(part): part.kind for part in wear.parts}
+    laws = [keys for name, keys in run.as_deck.sections.items() if name.partition(".")[0] == "wear"]
+    known = {key: any(float(keys.get(key, "0").split()[0]) for keys in laws) for key in COEFFICIENTS}
+    units = {"normal": "W", "sliding": "W", "peak": "W/m2"}
+    units |= {"depth": "m/s", "deepest": "m/s"} if known["archard"] and known["hardness"] else {}
+    units |= {"erosion": "kg/s"} if known["erosion"] else {}
+    for kind in [*dict.fromkeys(kinds.values()), "all"]:
+        whole = _joined(kind, [face for face in found if kind in ("all", kinds[face.part])])
+        told |= {f"wear/{kind}/{name}": (getattr(whole, name), math.nan, unit) for name, unit in units.items()}
+    return told
 
 
 def finding(found: list[Face]) -> str:

@@ -7,6 +7,7 @@ from milltools.base.errors import UserError
 from milltools.base.files import faults, opened
 
 BLANK = " \t"  # other white space is part of a name, as for millsim
+LISTS = ("maximise", "minimise", "require", "record")  # keys of [study] that may have several lines
 
 
 @dataclasses.dataclass(frozen=True)
@@ -55,7 +56,7 @@ def sections(text, file) -> dict[str, dict[str, str]]:
 
 def entries(text, file) -> list[Entry]:
     """All entries of a text, in their order. Comments begin with # or ; at the start of a line or after white space. A
-    section or key that is there twice is a UserError."""
+    section or key that is there twice is a UserError, but for LISTS."""
     found, section, seen = [], None, {}
     for number, line in enumerate(text.split("\n"), 1):  # other separators of lines are none for millsim
         where, line = f"{file}:{number}", line.strip(BLANK)
@@ -76,7 +77,7 @@ def entries(text, file) -> list[Entry]:
             raise UserError(f"{where}: expected '[section]' or 'key = value', got '{line[:80]}'")
         if section is None:
             raise UserError(f"{where}: {key}: stands before the first [section]")
-        if (section, key) in seen:
+        if (section, key) in seen and not (section == "study" and key in LISTS):
             raise UserError(f"{where}: [{section}] {key}: is given twice (first in line {seen[section, key]})")
         seen[section, key] = number
         found.append(Entry(section, key, _value(value.strip(BLANK), where), where, number))

@@ -4,8 +4,10 @@
     question.of(Results.of(run))        # Quantity: value and standard error in SI, unit "1/J"
 
 An expression has numbers with units, the names of NAMES, paths of scalars below /statistics such as
-`impacts/all/rate`, the signs + - * / and parentheses. A slash inside a path has no space around it. Nothing of an
-expression is executed: Python's parser gives a tree, and only these parts of a tree are accepted.
+`impacts/all/rate`, the signs + - * /, parentheses, and abs, min, max. A slash inside a path has no space around it.
+Nothing of an expression is executed: Python's parser gives a tree, and only these parts of a tree are accepted.
+
+An expression of keys, such as `360 deg / body.lifter.copies`, is written in the same way: see Expression.at.
 
 The standard error is that of first order. A rate and the power rise and fall together: rates, losses and the power of
 the drive are known in each block of time, and so is what an expression makes of them to first order. Other numbers
@@ -36,6 +38,10 @@ NAMES = {
     "rate_above": ("", "rate of impacts of ... or more"),
     "median_speed": (f"impacts/KIND/{MEDIAN}", "median normal impact speed above the floor"),
     "dissipation": ("impacts/KIND/dissipated_power", "dissipated power"),
+    "dose_rate": ("dose/dose_rate", "dose rate"),
+    "hard_rate": ("dose/hard_impacts", "rate of hard impacts"),
+    "wear_depth": ("wear/KIND/depth", "depth of sliding wear"),
+    "erosion": ("wear/KIND/erosion", "mass that erosion removes"),
 }
 OTHERS = {"drive/power": "rotor/power"}  # of a run without the first
 WORDS = {path: words for path, words in NAMES.values() if path} | {
@@ -45,18 +51,22 @@ WORDS = {path: words for path, words in NAMES.values() if path} | {
     "drive/power": "drive power",
 }
 SHOWN = "power, torque, mass, rate(KIND), rate_above(1 mJ, KIND), rate_above(1 m/s, KIND), median_speed(KIND), " \
-    "dissipation(KIND), or a path below /statistics such as impacts/all/rate"  # fmt: skip
+    "dissipation(KIND), dose_rate, hard_rate, wear_depth(KIND), erosion(KIND), or a path below /statistics such as " \
+    "impacts/all/rate"  # fmt: skip
 
-# ---- units: (size in SI, exponents of kg, m, s)
+# ---- units: (size in SI, exponents of kg, m, s, K, rad)
 
-BASE = ("kg", "m", "s")
+BASE = ("kg", "m", "s", "K", "rad")
+PLAIN = (0, 0, 0, 0, 0)
 UNITS = {
     "g": (1e-3, (1, 0, 0)), "t": (1e3, (1, 0, 0)), "m": (1.0, (0, 1, 0)), "s": (1.0, (0, 0, 1)),
     "min": (60.0, (0, 0, 1)), "h": (3600.0, (0, 0, 1)), "J": (1.0, (1, 2, -2)), "Wh": (3600.0, (1, 2, -2)),
     "W": (1.0, (1, 2, -3)), "N": (1.0, (1, 1, -2)), "Nm": (1.0, (1, 2, -2)), "Pa": (1.0, (1, -1, -2)),
-    "Hz": (1.0, (0, 0, -1)), "rpm": (math.tau / 60, (0, 0, -1)), "rad": (1.0, (0, 0, 0)),
-    "%": (0.01, (0, 0, 0)), "1": (1.0, (0, 0, 0)),
+    "Hz": (1.0, (0, 0, -1)), "rpm": (math.tau / 60, (0, 0, -1, 0, 1)), "rad": (1.0, (0, 0, 0, 0, 1)),
+    "deg": (math.tau / 360, (0, 0, 0, 0, 1)), "K": (1.0, (0, 0, 0, 1)), "year": (365.25 * 86400, (0, 0, 1)),
+    "%": (0.01, ()), "1": (1.0, ()),
 }  # fmt: skip
+UNITS = {name: (size, (*powers, *PLAIN[len(powers) :])) for name, (size, powers) in UNITS.items()}
 PREFIXES = {"n": 1e-9, "u": 1e-6, "µ": 1e-6, "μ": 1e-6, "m": 1e-3, "c": 1e-2, "k": 1e3, "M": 1e6, "G": 1e9}
 PREFIXED = ("g", "m", "s", "J", "Wh", "W", "N", "Nm", "Pa", "Hz")
 SPOKEN = ("1", "W", "J", "N", "kg", "m", "s", "s-1", "m s-1", "J-1", "W-1", "W kg-1", "J kg-1", "kg-1 s-1", "J m-2",
@@ -64,13 +74,14 @@ SPOKEN = ("1", "W", "J", "N", "kg", "m", "s", "s-1", "m s-1", "J-1", "W-1", "W k
 LETTERS = 500  # of an expression: so many operations within each other can be computed
 ATOM = r"(?:(?:[A-Za-zµμ]+|%)(?:\^|\*\*)?(?:-?\d+)?|1(?![\d.]))"
 UNIT = re.compile(rf"\s*((?:1?/)?{ATOM}(?:[./*]{ATOM})*)")
+DOTTED = re.compile(r"[A-Za-z_]\w*(?:\.\w+)+")  # the name of a key, section.key
 PARTS = re.compile(r"([./* ]?)([A-Za-zµμ]+|%|1(?!\d))(?:\^|\*\*)?(-?\d+)?")
 
 
 def unit_of(text: str) -> tuple[float, tuple[int, ...]]:
-    """Size in SI and exponents of kg, m, s of a unit such as "mJ", "m/s", "m s-1"; KeyError for an unknown one, and
-    for an exponent above 9."""
-    size, powers = 1.0, (0, 0, 0)
+    """Size in SI and exponents of BASE of a unit such as "mJ", "m/s", "m s-1"; KeyError for an unknown one, and for an
+    exponent above 9."""
+    size, powers = 1.0, PLAIN
     for sign, name, power in PARTS.findall(text):
         if name not in UNITS and (name[:1] not in PREFIXES or name[1:] not in PREFIXED):
             raise KeyError(name)
@@ -95,12 +106,12 @@ def spelled(powers) -> str:
 
 @dataclasses.dataclass(frozen=True)
 class Quantity:
-    """`value` in SI, exponents `powers` of kg, m, s, and `shares` {number: array of what it contributes to the error,
+    """`value` in SI, exponents `powers` of BASE, and `shares` {number: array of what it contributes to the error,
     then to each block of time if it is known there}; `own`: the unit in the file of a number that is not computed;
     `period`: blocks in a period; `starts`: of how many starts the blocks are, one after the other."""
 
     value: float
-    powers: tuple = (0, 0, 0)
+    powers: tuple = PLAIN
     shares: dict = dataclasses.field(default_factory=dict)
     own: str = ""
     period: int = 0
@@ -152,7 +163,27 @@ class Quantity:
         value = self.value / other.value
         return self._with(other, value, 1 / other.value, -value / other.value, powers)
 
+    def _doubt(self, gap: "Quantity"):
+        """Itself; without an error where `gap` may as well be 0, at which its slope is not one number."""
+        near = gap.shares and abs(gap.value) <= 1.96 * gap.error
+        return dataclasses.replace(self, shares={"": np.array([math.nan])}, own="") if near else self
 
+    @staticmethod
+    def absolute(one):
+        return (one if one.value >= 0 else Quantity(-1.0) * one)._doubt(one)
+
+    @staticmethod
+    def least(*several, sign=1):
+        """The smallest of several (sign -1: the largest)."""
+        best, *others = sorted(several, key=lambda one: sign * one.value)
+        for other in others:
+            best = best._doubt(best - other)
+        return best
+
+
+FUNCTIONS = {
+    "abs": Quantity.absolute, "min": Quantity.least, "max": functools.partial(Quantity.least, sign=-1),
+}  # fmt: skip
 SIGNS = {ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Div: operator.truediv}
 TOKENS = re.compile(r"(\d+\.?\d*(?:[eE][+-]?\d+)?|\.\d+(?:[eE][+-]?\d+)?)|([A-Za-z_]\w*(?:[/.]\w+)*)|(\s+)|([-+*/(),])")
 
@@ -191,7 +222,9 @@ class Expression:
                 out.append(name)
             elif word:
                 first = re.match(r"\w+", word)[0]
-                if first in NAMES:  # a slash behind a name divides
+                if first not in NAMES:  # so does one behind a key, section.key
+                    first = (re.match(rf"{DOTTED.pattern}(?=/)", word) or [word])[0]
+                if first != word:  # a slash behind a name divides
                     word, at = first, found.start() + len(first)
                 name = f"p{len(self._leaves)}_"
                 self._leaves[name] = word
@@ -217,7 +250,7 @@ class Expression:
                     ) from None
                 text = shorter[1] if shorter else ""
         else:
-            size, powers = 1.0, (0, 0, 0)
+            size, powers = 1.0, PLAIN
         if not (math.isfinite(float(number) * size) and size):
             raise self.fault(f"the number {number} {text}".rstrip() + " is too large or too small")
         return at, Quantity(float(number) * size, powers)
@@ -242,10 +275,16 @@ class Expression:
 
     def _check_call(self, node):
         name, given = self._leaves.get(node.func.id, ""), list(node.args)
+        if name in FUNCTIONS:
+            if len(given) != 1 if name == "abs" else len(given) < 2:
+                raise self.fault("expected abs(a), min(a, b) or max(a, b)")
+            for one in given:
+                self._check(one)
+            return
         if name == "rate_above":
             limit = self._numbers.get(getattr(given.pop(0), "id", "") if given else "")
             powers = limit[0].powers if limit else ()
-            if powers not in (UNITS["J"][1], (0, 1, -1)) or not limit[0].value > 0:
+            if powers not in (UNITS["J"][1], unit_of("m/s")[1]) or not limit[0].value > 0:
                 raise self.fault("rate_above needs a speed or an energy, such as rate_above(1 mJ) or rate_above(1 m/s)")
         elif "KIND" not in NAMES.get(name, ("",))[0]:
             raise self.fault(f"'{name}' takes nothing in parentheses; there are {SHOWN}")
@@ -255,24 +294,60 @@ class Expression:
     # ---- values
 
     def of(self, results: Results) -> Quantity:
-        """The value; UserError for a part that these results do not have, and for units that do not fit."""
+        """The value; UserError for a part that these results do not have, and for units that do not fit. An angle is a
+        plain number."""
         return self._value(self._tree, results)
+
+    def at(self, look) -> Quantity:
+        """The value of an expression of keys; look(name) is the Quantity of a key, with KeyError for other names. An
+        angle is none: rad/s and Hz differ."""
+        return self._value(self._tree, look)
+
+    @property
+    def keys(self) -> list[str]:
+        """The names in it that may be keys, section.key."""
+        return [name for name in dict.fromkeys(self._leaves.values()) if DOTTED.fullmatch(name)]
+
+    @property
+    def computes(self) -> bool:
+        """Whether it is more than one name or number."""
+        return not isinstance(self._tree, ast.Name)
+
+    def _alike(self, *several):
+        """UserError if quantities have different units."""
+        if len({felt(one.powers) for one in several}) > 1:
+            units = " and ".join(dict.fromkeys(spoken_unit(one.unit) or "a plain number" for one in several))
+            raise self.fault(f"{units} cannot be added or compared")
 
     def _value(self, node, results):
         if isinstance(node, ast.BinOp):
             a, b = self._value(node.left, results), self._value(node.right, results)
-            if isinstance(node.op, (ast.Add, ast.Sub)) and a.powers != b.powers:
-                units = " and ".join(spoken_unit(one.unit) or "a plain number" for one in (a, b))
-                raise self.fault(f"{units} cannot be added")
+            if isinstance(node.op, (ast.Add, ast.Sub)):
+                self._alike(a, b)
             if isinstance(node.op, ast.Div) and not b.value and not b.shares:
                 raise self.fault("divides by zero")
             return SIGNS[type(node.op)](a, b)
         if isinstance(node, ast.UnaryOp):
             return Quantity(-1.0) * self._value(node.operand, results)
         if isinstance(node, ast.Name) and node.id in self._numbers:
-            return self._numbers[node.id][0]
+            number = self._numbers[node.id][0]
+            return number if callable(results) else _turned(number)
+        if self._function(node):
+            values = [self._value(one, results) for one in node.args]
+            self._alike(*values)
+            return FUNCTIONS[self._function(node)](*values)
         name, arguments = self._parts(node)
+        if callable(results):
+            try:
+                return results(name)
+            except KeyError as fault:
+                raise self.fault(fault.args[0]) from None
         return self._leaf(name, arguments, results)
+
+    def _function(self, node):
+        """The name in FUNCTIONS that is called; "" for other nodes."""
+        name = self._leaves.get(node.func.id, "") if isinstance(node, ast.Call) else ""
+        return name if name in FUNCTIONS else ""
 
     def _parts(self, node):
         """Name and arguments of a leaf: names of kinds, or numbers of self._numbers."""
@@ -291,7 +366,7 @@ class Expression:
             unit = "J" if limit.powers[0] else "m/s"
             value, *known = results.above(limit.value, unit, kind)
             name = f"{kind} above {limit.value:g} {unit}"
-            return Quantity.told(value, (0, 0, -1), "s-1", name, *known, results)
+            return Quantity.told(value, UNITS["Hz"][1], "s-1", name, *known, results)
         path = NAMES[name][0].replace("KIND", kind) if name in NAMES else name.replace(".", "/")
         path = path if path in results.units else OTHERS.get(path, path)
         try:
@@ -300,8 +375,10 @@ class Expression:
             if size != 1:  # the files of runs have SI units
                 raise KeyError(path)
         except KeyError:
-            raise self.fault(f"'{path}' is not a scalar of /statistics in this run{_near(path, results)}") from None
-        return Quantity.told(value, powers, results.units[path], path, error, results.history(path), results)
+            hint = "; keys of the deck cannot be used with results" if "." in name else _hint(path, results)
+            raise self.fault(f"'{path}' is not a scalar of /statistics in this run{hint}") from None
+        own = results.units[path]
+        return _turned(Quantity.told(value, powers, own, path, error, results.history(path), results))
 
     # ---- in words
 
@@ -330,6 +407,8 @@ class Expression:
             return f"-{self._text(node.operand, True)}"
         if isinstance(node, ast.Name) and node.id in self._numbers:
             return self._numbers[node.id][1]
+        if name := self._function(node):
+            return f"{name}({', '.join(map(self._text, node.args))})"
         name, arguments = self._parts(node)
         inner = ", ".join(one if isinstance(one, str) else one[1] for one in arguments)
         return f"{name}({inner})" if inner else name
@@ -340,7 +419,11 @@ class Expression:
             if b == "power" and a.startswith("rate of "):
                 return f"{a.removeprefix('rate of ')} per joule"
             return f"{a} per {b}"
-        if isinstance(node, (ast.BinOp, ast.UnaryOp)) or (isinstance(node, ast.Name) and node.id in self._numbers):
+        if (
+            isinstance(node, (ast.BinOp, ast.UnaryOp))
+            or self._function(node)
+            or (isinstance(node, ast.Name) and node.id in self._numbers)
+        ):
             return self._text(node, True)
         name, arguments = self._parts(node)
         kind = next((one for one in arguments if isinstance(one, str)), "all")
@@ -355,9 +438,28 @@ class Expression:
         return words.replace("...", arguments[0][1]) if name == "rate_above" else words
 
 
-def _near(path, results) -> str:
+def felt(powers):
+    """Exponents with which quantities may be added: a speed is an angular speed times a length."""
+    return powers if not any(powers[:2]) else (*powers[:4], 0)
+
+
+def _turned(one: Quantity) -> Quantity:
+    """A quantity whose angle is a plain number."""
+    return dataclasses.replace(one, powers=(*one.powers[:4], 0))
+
+
+NEEDS = {
+    "dose": "[powder] or [heat] of the deck, such as powder.mass",
+    "wear": "wear.archard and wear.hardness, or wear.erosion",
+}  # fmt: skip
+
+
+def _hint(path, results) -> str:
     import difflib
 
+    section = path.partition("/")[0]
+    if section in NEEDS and not difflib.get_close_matches(path, results.units, 1, 0.9):
+        return f": {results.data.get('without', {}).get(section) or f'it needs {NEEDS[section]}'}"
     near = difflib.get_close_matches(path, results.units, 1, 0.6)
     return f"; did you mean '{near[0]}'?" if near else ""
 
@@ -373,7 +475,28 @@ def parsed(text: str) -> Expression:
 
 def split(text: str) -> list[str]:
     """The parts of a list of expressions: commas within parentheses do not divide."""
-    return [part.strip() for part in re.split(r",(?![^()]*\))", text)]
+    parts, depth = [""], 0
+    for letter in text:
+        depth = max(depth + (letter == "(") - (letter == ")"), 0)
+        if letter == "," and not depth:
+            parts.append("")
+        else:
+            parts[-1] += letter
+    return [part.strip() for part in parts]
+
+
+def sides(text: str) -> tuple[Expression, int, Expression]:
+    """Left side, sign (+1: at most, -1: at least) and right side of a requirement. UserError for another text."""
+    found = re.fullmatch(r"(.+?)(<=|>=|=<|=>|<|>)(.+)", " ".join(text.split()))
+    if not found:
+        raise UserError(f"expected a requirement such as 'power <= 225 W', got '{text[:80]}'")
+    return parsed(found[1].strip()), 1 if "<" in found[2] else -1, parsed(found[3].strip())
+
+
+def keys_of(text: str) -> list[str]:
+    """The names in a requirement that may be keys."""
+    left, _, right = sides(text)
+    return [*left.keys, *right.keys]
 
 
 @dataclasses.dataclass(frozen=True)
@@ -388,13 +511,9 @@ class Requirement:
     @classmethod
     def read(cls, text: str) -> "Requirement":
         """UserError for a text that is not such as 'power <= 225 W'."""
-        found = re.fullmatch(r"(.+?)(<=|>=|=<|=>|<|>)(.+)", " ".join(text.split()))
-        if not found:
-            raise UserError(f"expected a requirement such as 'power <= 225 W', got '{text[:80]}'")
-        left, right = parsed(found[1].strip()), parsed(found[3].strip())
+        left, sign, right = sides(text)
         if right._leaves or not right._numbers:
             raise UserError(f"'{text[:80]}': expected a number with its unit on the right, such as 225 W")
-        sign = 1 if "<" in found[2] else -1
         limit = right._value(right._tree, None)
         if not math.isfinite(limit.value):
             raise UserError(f"'{text[:80]}': the limit is too large")

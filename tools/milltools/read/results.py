@@ -21,6 +21,7 @@ from milltools.read.runfile import PRECISION, RATE, THRESHOLDS, Run, estimates
 
 NO_SCALARS = ("maps", "energies", "histogram")
 DRIVES = ("drive/power", "rotor/power")
+LOST = (*DRIVES, "impacts/all/dissipated_power", "dose/power", "dose/dose_rate", "dose/dose_in_an_hour")
 SPECTRA = {"m/s": "normal_speed", "J": "normal_energy"}
 # edges of bins by their first and last edge and their number: only these three numbers are kept
 LAWS = {
@@ -35,7 +36,7 @@ class Results:
     "bins" {"m/s" or "J": edges as LAWS}; "counts" {"m/s" or "J": {kind: [below, first, counts ..., above]}}, where
     `first` is the number of the first bin with a count; "blocks": {"period", "starts": of sums.standard_error, "counts"
     {kind: impacts (octaves of energy, blocks)}, "lost" {kind: power lost in each block, in units of 1e-4 of the mean of
-    all}}, without it if the file has none."""
+    all}}, without it if the file has none; "without" {"dose" or "wear": why there are no such scalars}."""
 
     def __init__(self, data: dict):
         self.data = data
@@ -45,8 +46,10 @@ class Results:
     # ---- from a run, to and from text
 
     @classmethod
-    def of(cls, run: Run) -> "Results":
-        scalars = {}
+    def of(cls, run: Run, *more) -> "Results":
+        """`more`: functions of the run such as dose.scalars, each with the name of its scalars, that give {path:
+        (value, standard error, unit)} in addition; a UserError of theirs is kept as the reason."""
+        scalars, without = {}, {}
 
         def note(group, prefix):
             for name, item in group.items():
@@ -63,6 +66,13 @@ class Results:
 
         run.need_statistics()
         note(run.find("statistics"), "")
+        for name, tell in more:
+            try:
+                for path, (value, error, unit) in tell(run).items():
+                    told = [value if math.isfinite(value) else None, error if math.isfinite(error) else None]
+                    scalars.setdefault(unit, {})[path] = told
+            except UserError as fault:
+                without[name] = str(fault).removeprefix(f"{run.path}: ")
         kinds = (*run.kinds, "all")
         found = [name for name in estimates(run.kinds) if "/" in name and name.startswith("rate")]
         known = {kind: [] for kind in kinds}
@@ -70,6 +80,7 @@ class Results:
             if told := run.known(name):
                 known[name.partition("/")[2]].append([*told[:2]])
         data = {"duration": run.duration, "mass": run.as_deck.mass, "scalars": scalars, "known": known}
+        data |= {"without": without} if without else {}
         data |= {"bins": {}, "counts": {}}
         for unit, name in SPECTRA.items():
             try:
@@ -102,7 +113,7 @@ class Results:
     def scalar(self, path: str) -> tuple[float, float]:
         """Value and standard error (NaN if not known) of a path below /statistics; KeyError if there is none."""
         value, error = self.data["scalars"][self.units[path]][path]
-        return value, math.nan if error is None else error
+        return tuple(math.nan if one is None else one for one in (value, error))
 
     def above(self, limit: float, unit: str, kind: str) -> tuple[float, float, np.ndarray | None]:
         """Rate of impacts [1/s] of a kind above a normal speed ("m/s") or a normal energy ("J"), its standard error,
@@ -115,9 +126,7 @@ class Results:
         count = Histogram(edges, bins, bins, below, above, "all").above(limit)
         duration, known = self.data["duration"], self.data["known"][kind]
         rate = count / duration if duration > 0 else math.nan
-        # the impacts above the power of two of energy that leaves the nearest number of impacts
-        near = lambda tail: abs(math.log(tail.sum() / count)) if count else 0  # noqa: E731
-        series = min(self._tails(kind), key=near, default=None)
+        series = self._tail(kind, count)
         if unit == "m/s" and len(known) > len(THRESHOLDS) and limit in THRESHOLDS:
             error = known[1 + THRESHOLDS.index(limit)][1]
         elif series is None or count < sums.SEEN or sums.few_saw(series, self.period):
@@ -146,6 +155,11 @@ class Results:
         tails = np.cumsum(sum(own)[::-1], axis=0)[::-1]
         return [tail for tail in tails if tail.any()]
 
+    def _tail(self, kind: str, count: float) -> np.ndarray | None:
+        """The impacts above the power of two of energy that leaves the nearest number of impacts, in each block."""
+        near = lambda tail: abs(math.log(tail.sum() / count)) if count > 0 else 0  # noqa: E731
+        return min(self._tails(kind), key=near, default=None)
+
     def _counts(self, kind: str) -> np.ndarray:
         return np.array(self.blocks["counts"][kind], float)
 
@@ -154,12 +168,14 @@ class Results:
         drive, which the losses follow; None for others and without blocks."""
         group, _, name = path.rpartition("/")
         kind = group.removeprefix("impacts/")
-        if not self.blocks or (path not in DRIVES and kind not in self.kinds):
+        if self.blocks and path == "dose/hard_impacts":
+            return self._tail("all", self.scalar(path)[0] * self.data["duration"])
+        if not self.blocks or (path not in LOST and kind not in self.kinds):
             return None
         if name == "rate":
             return next(iter(self._tails(kind)), None)
         lost = self.blocks["lost"]
-        if path in DRIVES or (name, kind) == ("dissipated_power", "all"):
+        if path in LOST:
             return np.sum(list(lost.values()), axis=0)
         return np.array(lost[kind], float) if name == "dissipated_power" else None
 

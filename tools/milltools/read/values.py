@@ -3,11 +3,13 @@
 import contextlib
 import dataclasses
 import math
+import re
 
 from milltools.base import engine
 from milltools.base.errors import UserError
 
 ANY = "any_of_them"  # stands for * in a key
+COMPONENT = re.compile(r"(.+)\.([123])")  # of a vector: body.lifter.size.2
 AT_ONCE = 2000  # values on one command line
 
 
@@ -46,28 +48,56 @@ def order(key, text, unit) -> str:
     return f"{key}={text}" if unit == "1" else f"{key}={text} {unit}"
 
 
+def component_of(key) -> tuple[str, int] | None:
+    """The key of the vector and the place (from 0) of a component such as body.lifter.size.2; None for other keys."""
+    found = COMPONENT.fullmatch(key)
+    return (found[1], int(found[2]) - 1) if found else None
+
+
 def tell(orders) -> list[Value]:
-    """The Value of each "section.key=text". For a wrong one a UserError with millsim's own message: "[rotor] speed:
-    expected ..."."""
+    """The Value of each "section.key=text"; a component of a vector is a number. For a wrong one a UserError with
+    millsim's own message: "[rotor] speed: expected ..."."""
     found, orders = [], list(orders)
     for start in range(0, len(orders), AT_ONCE):
         part = orders[start : start + AT_ONCE]
         try:
             said = engine.ask(*(f"--value={_single(text)}" for text in part))
         except UserError as fault:
+            if fault.status == 2 and any(map(component_of, (text.partition("=")[0].strip() for text in part))):
+                _blame(part, fault)
             raise UserError(
                 _plain(str(fault).replace(f".{ANY}", ".*")), 1 if fault.status in (1, 126, 127) else 2
             ) from None
         for asked, line in zip(part, said.split("\n")):
             _, kind, text, unit, meaning, choices = line.split("\t")
             key = asked.partition("=")[0].strip()
+            if part_of := component_of(key):
+                if kind != "vector":
+                    _blame([asked])
+                kind, text, meaning = "number", text.split()[part_of[1]], f"{meaning} (component {part_of[1] + 1})"
             found.append(Value(key, kind, text, unit, meaning, tuple(filter(None, choices.split("|")))))
     return found
 
 
+def _blame(orders, fault=None):
+    """A UserError for the first of these that is a wrong component; `fault` is that of all of them."""
+    for text in orders if len(orders) > 1 else ():
+        tell([text])
+    key, _, value = orders[0].partition("=")
+    if len(orders) == 1 and "must be" not in str(fault):
+        section, _, name = key.strip().rpartition(".")
+        what = f"expected one component of a vector such as '20 mm', got '{value.strip()}'"
+        raise UserError(f"[{section}] {name}: {what}")
+
+
 def _single(text: str) -> str:
-    """The key of one section for a key of several, such as blade.*.pitch."""
+    """What millsim reads: the key of one section for one of several, such as blade.*.pitch; for a component the vector
+    of which each component has this value (of a direction, which has no unit, the others are 1)."""
     key, equals, value = text.partition("=")
+    if part_of := component_of(key.strip()):
+        key, place = part_of
+        number, unit = re.fullmatch(r"\s*([-+.\deE]*)(.*)", value, re.S).groups()
+        value = " ".join(number if unit.strip() or k == place else "1" for k in range(3)) + f" {unit.strip()}"
     return key.replace(".*", f".{ANY}") + equals + value
 
 

@@ -56,7 +56,7 @@ def optimize(
     path = options.output_of(study, output, "-optimize")  # not the table of `mill sweep`: half a grid is not a search
     goal = study_deck.objectives[0]
     budget = Budget(runs, study_deck.replicates, goal.sign > 0, study_deck.seed if seed is None else seed)
-    space = Space(study_deck.about()["vary"])
+    space = Space(study_deck.about()["vary"], study_deck.formulas.met if study_deck.formulas.rules else None)
     probe.probe(NAME, study_deck, [dict(zip(space.keys, spread(space, [], budget, k), strict=True)) for k in range(5)])
     kept = open_storage(storage, path) if storage else None
     with filling.filled(NAME, path, study_deck.about(runs, command), force) as table:

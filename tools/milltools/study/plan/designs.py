@@ -5,7 +5,8 @@
     sobol     scrambled Sobol sequence (Sobol' 1967; Owen 1998), `samples` designs; more samples continue the sequence
     saltelli  the designs that Sobol indices need (Saltelli 2010), from `samples` base points: sensitivity.py
 
-Random designs follow from [study] seed. Equal designs (possible with whole numbers and words) are run once.
+Random designs follow from [study] seed. Equal designs (possible with whole numbers and words) are run once, those that
+do not meet a requirement on keys never.
 """
 
 import itertools
@@ -13,19 +14,28 @@ import math
 import warnings
 
 from milltools.base.errors import UserError
+from milltools.base.text import plural
 
 MOST = 1_000_000
 
 
 def plan(study) -> list[dict]:
-    """All designs, in order."""
-    keys = [r.key for r in study.vary]
+    """All designs that meet the requirements on keys, in order; `study.left_out` are the others."""
+    keys, rules = [r.key for r in study.vary], study.formulas.rules
+    if rules and study.method == "saltelli":
+        text = f"'{rules[0]}' is of keys: 'method = saltelli' needs all designs; use sobol"
+        raise study.fault("require", text, rules[0])
     if study.method == "grid":
         found = _grid(study)
     else:
         points = _points(study)
         found = dict.fromkeys(tuple(r.at(float(share)) for r, share in zip(study.vary, point)) for point in points)
-    return [dict(zip(keys, values, strict=True)) for values in found]
+    every = [dict(zip(keys, values, strict=True)) for values in found]
+    kept = [design for design in every if study.formulas.met(design)] if rules else every
+    study.left_out = len(every) - len(kept)
+    if not kept:
+        raise study.fault("require", f"none of {plural(len(every), 'design')} meets {' and '.join(rules)}", rules[0])
+    return kept
 
 
 def _grid(study):

@@ -19,6 +19,7 @@ import time
 
 from milltools.base import engine, processes
 from milltools.base.errors import UserError
+from milltools.dose import dose, wear
 from milltools.read import expression
 from milltools.read.results import Results
 from milltools.read.runfile import Run
@@ -142,12 +143,17 @@ def _spent(pid, begin) -> tuple[float, str]:
 # ---- the results
 
 
+def results_of(run) -> Results:
+    """What a row keeps of a run: its scalars and spectra, and what `mill dose` and `mill wear` make of it."""
+    return Results.of(run, ("dose", dose.scalars), ("wear", wear.scalars))
+
+
 def read(job, path) -> dict:
     """The row of a finished run, from its file."""
     row, why = empty(job, "done", ""), ""  # why it is capped
     try:
         with Run(path) as run:
-            results = Results.of(run)
+            results = results_of(run)
             for name in (*job["objectives"], *job["record"]):
                 found = expression.parsed(name).of(results)
                 row[name], row[f"{name}:error"] = float(found.value), float(found.error)

@@ -16,13 +16,13 @@ from milltools.base.progress import Progress, say
 from milltools.base.text import duration, plural, size
 from milltools.read import expression
 from milltools.read.deck import Deck
-from milltools.read.results import Results
 from milltools.read.runfile import Run
 from milltools.read.values import tell
 from milltools.study.plan import job as jobs
 from milltools.study.plan.cautions import cautions
 
 TRIED = 5  # designs, spread over the plan, that are tried
+TRIALS = 1024  # places of the ranges, for those that meet the requirements on keys
 MOMENT = ["run.sample_from=0 s", "run.time=1 ns"]
 
 
@@ -41,6 +41,9 @@ def probe(command, study, designs):
             continue
         for caution in cautions(study):
             say(command, f"warning: {caution}")
+        if study.left_out:
+            broken = " and ".join(study.formulas.rules)
+            say(command, f"{plural(study.left_out, 'design')} that would break {broken} will not be run")
         return
     others = f" ({len(places) - 1} other designs were refused too)" if len(designs) > 1 else ""
     raise UserError([*faults[0].lines[:-1], f"{faults[0].lines[-1]}{others}"], faults[0].status)
@@ -70,7 +73,7 @@ def _look(study, job):
 
     def read(_, path):
         with Run(path) as run:
-            found.append(Results.of(run))
+            found.append(jobs.results_of(run))
         return {"status": "done"}
 
     row = jobs.run(job, read)
@@ -81,12 +84,12 @@ def _look(study, job):
         try:
             units[text] = expression.parsed(text).of(found[0]).unit
         except UserError as fault:
-            raise study.fault(key, str(fault)) from None
+            raise study.fault(key, str(fault), text) from None
     for one in study.require:
         try:
             one.check(found[0])
         except UserError as fault:
-            raise study.fault("require", str(fault)) from None
+            raise study.fault("require", str(fault), one.expression.text) from None
     study.objectives = [
         dataclasses.replace(o, unit=units[o.path], description=expression.parsed(o.path).words)
         for o in study.objectives
@@ -103,7 +106,8 @@ TABLE = 15e3  # [byte] of a row, with its spectra
 
 
 def corners(study) -> list[dict]:
-    """Designs at the corners of the ranges (at most four of them) and in their middle."""
+    """Designs at the corners of the ranges (at most four of them) and in their middle; of those that do not meet the
+    requirements on keys, others that do."""
     ranges = [r.ordered() for r in study.vary]
     ends = [(r.low, r.high) if r.numeric else (r.values[0], r.values[-1]) for r in ranges]
     sides = [
@@ -113,7 +117,17 @@ def corners(study) -> list[dict]:
         [(k + 1) % 2 for k in range(len(ends))],
     ]
     found = [tuple(pair[k] for pair, k in zip(ends, side)) for side in sides] + [tuple(r.at(0.5) for r in ranges)]
-    return [dict(zip((r.key for r in study.vary), values)) for values in dict.fromkeys(found)]
+    found = [dict(zip((r.key for r in study.vary), values)) for values in dict.fromkeys(found)]
+    if study.formulas.rules:
+        from scipy.stats import qmc
+
+        more = qmc.Sobol(len(ranges), seed=study.seed).random(TRIALS)
+        found += [{r.key: r.at(float(share)) for r, share in zip(ranges, row)} for row in more]
+        found = [design for design in found if study.formulas.met(design)][:TRIED]
+        if not found:
+            raise study.fault("require", f"no design was found that meets {' and '.join(study.formulas.rules)}",
+                              study.formulas.rules[0])  # fmt: skip
+    return found
 
 
 def _forecast(job) -> tuple[float, float, bool] | str:

@@ -18,13 +18,14 @@ NONE = type(None)
 META = {
     "study": str, "file": str, "deck": str, "fingerprint": str, "common": dict, "objectives": list, "record": list,
     "require": list, "notes": list, "vary": list, "method": str, "samples": (int, NONE), "seed": int, "replicates": int,
-    "planned": (int, NONE), "command": str, "version": str,
+    "planned": (int, NONE), "command": str, "version": str, "derived": list, "rules": list, "known": dict,
 }  # fmt: skip
 OBJECTIVE = {"path": str, "goal": str, "unit": (str, NONE), "description": (str, NONE)}
 VARY = {
     "key": str, "unit": (str, NONE), "meaning": (str, NONE), "kind": str, "whole": bool, "log": bool,
     "low": (int, float, NONE), "high": (int, float, NONE), "values": (list, NONE), "choices": list, "written": str,
 }  # fmt: skip
+DERIVED = {"key": str, "text": str, "unit": str, "kind": str, "meaning": str}
 OF_KIND = {"number": (int, float), "whole": int, "choice": str, "vector": str, "file": str}
 
 
@@ -93,6 +94,11 @@ def check_metadata(meta: dict, known_only: bool):
     for one in meta["vary"]:
         _check_kinds(one, VARY, ("key", "kind"), known_only)
         _check_vary(one)
+    for one in meta.get("derived", ()):
+        _check_kinds(one, DERIVED, DERIVED, known_only)
+    known = meta.get("known", {}).values()
+    if not all(isinstance(one, list) and len(one) == 2 and all(isinstance(x, str) for x in one) for one in known):
+        raise ValueError("'known' contains values that are no pairs of texts")
     if not meta["objectives"] or not meta["vary"]:
         raise ValueError("it has no varied key or no objective")
     if not all(
@@ -101,10 +107,11 @@ def check_metadata(meta: dict, known_only: bool):
             *meta["record"],
             *meta.get("require", []),
             *meta.get("notes", []),
+            *meta.get("rules", []),
             *meta.get("common", {}).values(),
         ]
     ):
-        raise ValueError("'record', 'require', 'notes' or 'common' contains values that are not texts")
+        raise ValueError("'record', 'require', 'notes', 'rules' or 'common' contains values that are not texts")
 
 
 def _check_kinds(values, kinds, needed, known_only):
@@ -136,9 +143,9 @@ def _check_vary(one):
 # ---- rows
 
 
-def wrong_rows(table: pyarrow.Table, vary: list[dict]) -> np.ndarray:
-    """Marks the rows that cannot belong to a study: wrong id or status, missing or infinite numbers."""
-    finite = {"cpu", "wall", *(one["key"] for one in vary)}
+def wrong_rows(table: pyarrow.Table, keys: list[dict]) -> np.ndarray:
+    """Marks the rows that cannot belong to a study of these keys: wrong id or status, missing or infinite numbers."""
+    finite = {"cpu", "wall", *(one["key"] for one in keys)}
     good = [
         compute.is_in(table["status"], pyarrow.array(STATUSES)),
         compute.match_substring_regex(table["id"], r"^[0-9a-f]{16}$"),

@@ -19,8 +19,9 @@ from milltools.base import engine
 from milltools.base.errors import UserError
 from milltools.read import deck_text as lines
 from milltools.read import expression
-from milltools.read.values import Value, order, tell
+from milltools.read.values import Value, component_of, order, tell
 from milltools.study.plan import cautions, ranges
+from milltools.study.plan.formulas import Formulas, holds, is_formula, is_known, text_of
 
 ROW_VERSION = 1  # of the content of a row: another version is another run
 SEEDS = 2**32
@@ -56,13 +57,18 @@ class Study:
     objectives, record      list of Objective; further expressions of results
     require                 list of expression.Requirement
     vary                    list of ranges.Range
+    formulas                Formulas: the keys that follow from others, and the requirements on keys
     base                    {section.key: Value} of all keys that the base deck and [set] give
+    original                the same of the base deck alone
     fixed                   list of the Values that override the base deck
     start                   digest of its start file; "" for a random start
     method, samples         one of METHODS; how many designs, None for a grid
     replicates, seed, seeds runs of a design; the first seed; "shared" or "own"
     limit                   [s] CPU time of one run, or None
+    left_out                designs of the plan (designs.py) that do not meet the requirements on keys
     """
+
+    left_out = 0
 
     def __init__(self, path, overrides=()):
         self._lines = told = _Lines(pathlib.Path(path), overrides)
@@ -71,11 +77,15 @@ class Study:
         self.deck = str(deck)
         self.objectives, fixed, self.vary = told.objectives(), told.fixed(), told.vary()
         self.method, self.samples = told.method()
-        self.require = told.requirements()
+        self.require, rules = told.requirements()
         self.record = [path for path in told.paths("record") if path not in {o.path for o in self.objectives}]
-        merged = {value.key: value for value in [*base, *fixed]}
+        self.original = {value.key: value for value in base}
+        merged, fixed = _folded(self.original, fixed, told)
         self.base = {key: value for key, value in merged.items() if key != "balls.start"}
         self.fixed, self.start = _start(merged, fixed, deck)
+        self.formulas = self._follow(told.derived(), rules)
+        for key in [*self.varied, *self.formulas.derived]:
+            self._check_component(key)
         self.replicates, self.seed = told.whole("replicates", 1, 1, 10000), told.whole("seed", 1, 0, SEEDS - 1)
         self.seeds = told.choice("seeds", "shared", ("shared", "own"))
         limit = told.get("cpu_limit")
@@ -86,9 +96,48 @@ class Study:
         """All scalars in a row, objectives first."""
         return [*(objective.path for objective in self.objectives), *self.record]
 
-    def fault(self, key, text) -> UserError:
-        """The UserError for a key of [study] or a varied key, with file and line."""
-        return self._lines.entries["vary" if "." in key else "study", key].fault(text)
+    def _follow(self, derived, rules) -> Formulas:
+        """The Formulas of entries with expressions, and of (entry, requirement on keys); the first mistake is a
+        UserError. They are tried at the ends of the ranges."""
+        vary, texts = [r.about() for r in self.vary], {e.key: expression.parsed(e.value).text for e in derived}
+        names = {name for text in texts.values() for name in expression.parsed(text).keys}
+        names |= {name for _, rule in rules for name in expression.keys_of(rule)}
+        known = {}
+        for name in sorted(names):
+            vector, place = component_of(name) or (name, None)
+            if vector in self.base:
+                text = self.base[vector].text
+                whole = place is None or self.base[vector].kind != "vector"
+                known[name] = [text if whole else text.split()[place], self.base[vector].unit]
+        ends = [{r.key: r.values[end] if r.values else (r.low, r.high)[end] for r in self.vary} for end in (0, -1)]
+        found = Formulas(vary, [{"key": key, "text": text} for key, text in texts.items()], [], known)
+        about = []
+        for entry in derived:
+            orders = []
+            with _placed(entry, entry.key):
+                for quantity in (found.look(design)(entry.key) for design in ends):
+                    unit = expression.spelled(expression.felt(quantity.powers))
+                    orders += [order(entry.key, text_of(quantity.value, kind), unit) for kind in ("number", "whole")]
+            one = _first(entry, orders)
+            about.append({name: getattr(one, name) for name in ("key", "unit", "kind", "meaning")})
+            about[-1]["text"] = texts[entry.key]
+        for entry, rule in rules:
+            with _placed(entry, entry.key):
+                holds(rule, found.look(ends[0]))
+        return Formulas(vary, about, [rule for _, rule in rules], known)
+
+    def _check_component(self, key):
+        """UserError for a component of a vector that no deck gives."""
+        part_of = component_of(key)
+        if part_of and part_of[0] not in self.base and part_of[0] not in self.varied:
+            raise UserError(f"{self.file}: {key}: neither the base deck nor [set] gives {part_of[0]}: give it first")
+
+    def fault(self, key, text, part="") -> UserError:
+        """The UserError for a key of [study] or a varied key, with file and line: the one with this part."""
+        if "." in key:
+            return self._lines.entries["vary", key].fault(text)
+        found = self._lines.lists(key)
+        return next((one for one in found if part in " ".join(one.value.split())), found[0]).fault(text)
 
     def seed_of(self, design: int, replicate: int) -> int:
         """The seed of a run; with shared seeds (common random numbers) it depends on the replicate only."""
@@ -98,16 +147,22 @@ class Study:
     def job(self, design: int, values: dict, replicate: int = 0) -> dict:
         """One run as job.run takes it: JSON-able, with all data needed to run it on another machine."""
         seed = self.seed_of(design, replicate)
+        try:
+            derived = self.formulas.derive(values)
+        except UserError as fault:
+            raise UserError(f"{self.file}: {fault}") from None
         chosen = {r.key: (self._text(r, values[r.key]), r.unit) for r in self.vary}
+        for key, about in self.formulas.derived.items():
+            chosen[key] = (text_of(derived[key], about["kind"]), about["unit"])
         chosen["run.seed"] = (str(seed), "1")
-        chosen = self._spread(chosen)
+        chosen = self._whole(self._spread(chosen))
         orders = [value.order for value in self.fixed]
         orders += [order(key, text, unit) for key, (text, unit) in chosen.items()]
         return {
             "deck": self.deck,
             "text": self.deck_text,
             "set": orders,
-            "values": values,
+            "values": values | derived,
             "design": design,
             "replicate": replicate,
             "seed": seed,
@@ -129,6 +184,16 @@ class Study:
         """The range of each varied key; a key such as blade.*.pitch is those of all sections that it names."""
         return self._spread({r.key: r for r in self.vary})
 
+    def _whole(self, chosen: dict) -> dict:
+        """{key: (text, unit)} with vectors in place of their components."""
+        found = {key: value for key, value in chosen.items() if not component_of(key)}
+        for key, (text, unit) in chosen.items():
+            if part_of := component_of(key):
+                vector, place = part_of
+                whole = found[vector][0] if vector in found else self.base[vector].text
+                found[vector] = _with(whole, place, text), unit
+        return found
+
     def _spread(self, chosen: dict) -> dict:
         """{key: value} with a key such as blade.*.pitch replaced by those of all sections that it names."""
         return {one: value for key, value in chosen.items() for one in self._named.get(key, [key])}
@@ -139,7 +204,9 @@ class Study:
         sections = list(dict.fromkeys(key.rpartition(".")[0] for key in self.base))
         found = {}
         for r in self.vary:
-            section, _, name = r.key.rpartition(".")
+            vector, place = component_of(r.key) or (r.key, None)
+            section, _, name = vector.rpartition(".")
+            name += "" if place is None else f".{place + 1}"
             if "*" in section:
                 found[r.key] = [f"{one}.{name}" for one in sections if fnmatch.fnmatchcase(one, section)]
                 if not found[r.key]:
@@ -153,8 +220,11 @@ class Study:
 
     @functools.cached_property
     def _varied(self):
-        """Placeholders for texts that differ from run to run."""
-        return self._spread(dict.fromkeys([*(r.key for r in self.vary), "run.seed"], "varied"))
+        """Placeholders for texts that differ from run to run; the expressions of keys that follow."""
+        varied = self._spread(dict.fromkeys([*(r.key for r in self.vary), "run.seed"], "varied"))
+        found = varied | {key: one["text"] for key, one in self.formulas.derived.items()}
+        whole = self._whole({key: (text, "1") for key, text in found.items()})
+        return {key: text for key, (text, _) in whole.items()}
 
     @functools.cached_property
     def _shared(self):
@@ -198,6 +268,7 @@ class Study:
             "planned": planned,
             "command": command,
             "version": engine.version(),
+            **self.formulas.about(),
         }
 
 
@@ -212,22 +283,41 @@ class _Lines:
                 raise UserError(
                     f"{entry.where}: [{entry.section}]: unknown section; there are [study], [set] and [vary]"
                 )
-        self.entries = {(entry.section, entry.key): entry for entry in found}
+        self.entries, self.more = {}, []  # the first line of each key; more lines of lists
+        for entry in found:
+            self._add(entry)
         for text in overrides:
             self._override(text)
         for (section, key), entry in self.entries.items():
             if section == "study" and key not in KEYS:
                 raise entry.fault(f"unknown key; there are {', '.join(KEYS)}")
 
+    def _add(self, entry):
+        if (entry.section, entry.key) in self.entries:
+            self.more.append(entry)
+        else:
+            self.entries[entry.section, entry.key] = entry
+
+    def lists(self, key) -> list:
+        """All lines of a key of [study] that is a list."""
+        return [entry for entry in [self.get(key), *self.more] if entry and entry.key == key]
+
     def _override(self, text):
         name, equals, value = text.partition("=")
-        name = name.strip()
+        name = f"study.{name.strip()}" if name.strip() in KEYS else name.strip()
         if not equals or "." not in name:
             raise UserError(f"--set {text}: expected study.KEY=VALUE, vary.SECTION.KEY=RANGE or SECTION.KEY=VALUE")
         section, _, key = name.partition(".")
         if section not in ("study", "vary"):
             section, key = "set", name
-        self.entries[section, key] = lines.Entry(section, key, value.strip(), f"--set {text}")
+        entry, many = lines.Entry(section, key, value.strip(), f"--set {text}"), key in lines.LISTS
+        if section == "study" and many and all(not one.line for one in self.lists(key)) and value.strip():
+            self._add(entry)  # lines of a list on the command line add up
+        else:
+            self.entries[section, key] = entry  # in the place of the old one
+            self.more = [one for one in self.more if (one.section, one.key) != (section, key)]
+        if section == "study" and many and not value.strip():
+            del self.entries[section, key]
         # a key that becomes fixed is no longer varied, and the other way round
         if section != "study":
             self.entries.pop(("vary" if section == "set" else "set", key), None)
@@ -253,23 +343,34 @@ class _Lines:
         return entry.value if entry else preset
 
     def paths(self, key):
-        entry = self.get(key)
-        if not entry:
-            return []
-        found = self._read(entry, lambda word: expression.parsed(word).text)
-        for word in found:
-            if found.count(word) > 1:
-                raise entry.fault(f"'{word}' is given twice")
+        found = []
+        for entry in self.lists(key):
+            for word in self._read(entry, lambda word: expression.parsed(word).text):
+                if word in found:
+                    raise entry.fault(f"'{word}' is given twice")
+                found.append(word)
         return found
 
     def requirements(self):
-        entry = self.get("require")
-        return self._read(entry, expression.Requirement.read) if entry else []
+        """What results must meet; (entry, text) of what keys must meet."""
+        results, rules = [], []
+        for entry in self.lists("require"):
+            for text in expression.split(entry.value):
+                if any(map(self._is_key, *self._read(entry, expression.keys_of, [text]))):
+                    rules.append((entry, " ".join(text.split())))
+                else:
+                    results += self._read(entry, expression.Requirement.read, [text])
+        return results, rules
 
-    def _read(self, entry, read):
+    def _is_key(self, name):
+        """Whether a name is a key of the deck, or one of a section that it has."""
+        sections = {key.rpartition(".")[0] for key in self.given} - {"rotor", "drive"}  # results have these too
+        return is_known(name, self.given) or name.rpartition(".")[0] in sections
+
+    def _read(self, entry, read, parts=None):
         """What `read` makes of the parts of a list of expressions."""
         try:
-            return [read(part) for part in expression.split(entry.value)]
+            return [read(part) for part in parts or expression.split(entry.value)]
         except UserError as fault:
             raise entry.fault(str(fault)) from None
 
@@ -296,7 +397,25 @@ class _Lines:
                 except UserError as fault:
                     faults.append(fault)
             raise UserError([str(one) for one in faults], faults[0].status) if faults else whole from None
+        self.given = frozenset(
+            [*(value.key for value in values), *(key for section, key in self.entries if section != "study")]
+        )
         return path.resolve(), text, values
+
+    def derived(self):
+        """The entries of keys that follow from others."""
+        found = [entry for entry in [*self.of("set"), *self.of("vary")] if self._follows(entry)]
+        for entry in found:
+            if entry.key == "run.seed":
+                raise entry.fault("cannot be set: use seed, seeds or replicates of [study]")
+            if "*" in entry.key:
+                raise entry.fault("expected one key on the left, got several (*): write a line for each")
+            with _placed(entry, entry.key):
+                expression.parsed(entry.value)
+        return found
+
+    def _follows(self, entry):
+        return is_formula(entry.value, self.given)
 
     def _without(self, text, found):
         """The base deck without the keys that [set] leaves empty; they get their defaults. Lines keep their numbers."""
@@ -326,7 +445,7 @@ class _Lines:
 
     def fixed(self):
         """[set], and the keys of [study] that are keys of the deck."""
-        found = [_tell(entry, entry.key) for entry in self.of("set") if entry.value]
+        found = [_tell(entry, entry.key) for entry in self.of("set") if entry.value and not self._follows(entry)]
         for key in ("precision", "max_collisions"):
             entry = self.get(key)
             if entry and ("set", f"run.{key}") in self.entries:
@@ -345,8 +464,9 @@ class _Lines:
                 raise entry.fault(f"is given in [set] already ({self.entries['set', entry.key].where})")
             if entry.key == "run.seed":
                 raise entry.fault("cannot be varied: use seed, seeds or replicates of [study]")
-            with _placed(entry, entry.key):
-                found.append(ranges.parse(entry.key, entry.value))
+            if not self._follows(entry):
+                with _placed(entry, entry.key):
+                    found.append(ranges.parse(entry.key, entry.value))
         if not found:
             raise UserError(f"{self.path}: [vary]: missing or empty; expected a line such as 'drum.buckles = 2..20'")
         return found
@@ -359,6 +479,26 @@ class _Lines:
         if method == "grid" and samples is not None:
             raise self.get("samples").fault("is only for the methods lhs, sobol and saltelli; for a grid give steps")
         return method, samples
+
+
+def _with(vector: str, place: int, text: str) -> str:
+    """The text of a vector with another component."""
+    words = vector.split()
+    return " ".join([*words[:place], text, *words[place + 1 :]])
+
+
+def _folded(base, fixed, told):
+    """All values by key, and those of `fixed`, with vectors in place of the components in `fixed`."""
+    merged, found = dict(base), {}
+    for value in fixed:
+        if part_of := component_of(value.key):
+            vector, place = part_of
+            if vector not in merged:
+                raise told.entries["set", value.key].fault(f"neither the base deck nor [set] gives {vector}")
+            text = _with(merged[vector].text, place, value.text)
+            value = dataclasses.replace(merged[vector], text=text)
+        merged[value.key] = found[value.key] = value
+    return merged, list(found.values())
 
 
 def _start(merged, fixed, deck):
@@ -383,6 +523,15 @@ def _placed(entry, key):
     except UserError as fault:
         section, _, name = key.rpartition(".")
         raise UserError(entry.fault(str(fault).removeprefix(f"[{section}] {name}: ")), fault.status) from None
+
+
+def _first(entry, orders) -> Value:
+    """The first of these that millsim accepts; else its message about the first."""
+    for one in orders:
+        with contextlib.suppress(UserError):
+            return tell([one])[0]
+    with _placed(entry, entry.key):
+        return tell(orders[:1])[0]
 
 
 def _tell(entry, key) -> Value:

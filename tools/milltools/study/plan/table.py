@@ -53,6 +53,8 @@ def schema(meta) -> pyarrow.Schema:
     fields = dict(BEFORE)
     for vary in meta["vary"]:
         fields[vary["key"]] = TYPES.get(vary["kind"], TEXT)
+    for derived in meta.get("derived", ()):
+        fields[derived["key"]] = REAL
     for path in paths(meta):
         fields[path] = fields[f"{path}:error"] = REAL
     fields.update(BEHIND)
@@ -63,6 +65,11 @@ def schema(meta) -> pyarrow.Schema:
 def paths(meta) -> list[str]:
     """Objectives and recorded scalars, in the order of the columns."""
     return [*(objective["path"] for objective in meta["objectives"]), *meta["record"]]
+
+
+def _keys(meta) -> list[dict]:
+    """The keys with a column, varied and derived."""
+    return [*meta["vary"], *meta.get("derived", ())]
 
 
 def journal_of(path) -> pathlib.Path:
@@ -237,7 +244,7 @@ def _read(path):
     for place, line in enumerate(lines, 1):
         try:
             made = _made(sealed.unseal(line)[0], kind)
-            if sealed.wrong_rows(made, meta["vary"])[0]:
+            if sealed.wrong_rows(made, _keys(meta))[0]:
                 raise ValueError("not a run of this study")
             fresh.append(made)
         except ValueError:
@@ -280,7 +287,7 @@ def _believed(text, stored):
     kind, earlier = schema(meta), RESULTS not in stored.schema.names
     if earlier:
         kind = kind.remove(kind.get_field_index(RESULTS))
-    if len(kind) + earlier != len(COLUMNS) + len(meta["vary"]) + 2 * len(paths(meta)):
+    if len(kind) + earlier != len(COLUMNS) + len(_keys(meta)) + 2 * len(paths(meta)):
         raise ValueError("two of its columns have the same name")
     for field in kind:
         places = stored.schema.get_all_field_indices(field.name)
@@ -289,7 +296,7 @@ def _believed(text, stored):
     stored = stored.select(kind.names)
     if has_sum and sealed.content(stored) != written:
         raise ValueError("the checksum of its rows does not match")
-    if sealed.wrong_rows(stored, meta["vary"]).any():
+    if sealed.wrong_rows(stored, _keys(meta)).any():
         raise ValueError("it has rows that cannot belong to a study")
     if earlier:
         stored = stored.append_column(RESULTS, pyarrow.array([""] * len(stored), TEXT)).select(schema(meta).names)

@@ -29,11 +29,13 @@ from scipy.linalg import cho_factor, cho_solve
 from scipy.stats import norm, qmc
 from sklearn.gaussian_process.kernels import Matern
 
+from milltools.base.errors import UserError
 from milltools.study.search.gp import ALIKE, REACH, Surface, candidates
 from milltools.study.search.space import Space
 
 CONFIRM = 0.2  # of the runs, at the end
 LISTED = 1000  # designs of a space up to which each is evaluated
+MOST_POINTS = 2**16  # of the spread ones, where few meet what is required of keys
 CLOUD = 512  # designs evaluated first in a larger space
 HEADS, NEIGHBOURS = 4, 64  # the best of these, and the number of designs around each, for each of STEPS
 STEPS = (0.1, 0.03, 0.01)  # of a key's range
@@ -186,8 +188,14 @@ def spread(space: Space, known, budget: Budget, skip=0) -> tuple:
     """The next point of the Sobol sequence that is not among the known designs, or one `skip` points later."""
     known = set(known)
     count = 2 ** max(6, math.ceil(math.log2(2 * len(known) + 2)))
-    points = space.at(qmc.Sobol(len(space), seed=budget.seed).random(count))
-    fresh = [point for point in dict.fromkeys(points) if point not in known]
+    while True:
+        points = space.allowed(space.at(qmc.Sobol(len(space), seed=budget.seed).random(count)))
+        fresh = [point for point in dict.fromkeys(points) if point not in known]
+        if fresh or not space.met or count >= MOST_POINTS:
+            break
+        count *= 2
+    if not points:
+        raise UserError("no design was found that meets what is required of keys")
     return fresh[skip % len(fresh)] if fresh else points[len(known) % len(points)]
 
 
@@ -201,12 +209,14 @@ def _search(space, surface, runs, generator, meets=certain) -> tuple:
         return [designs[i] for i in np.argsort(-worth, kind="stable")]
 
     designs = space.everything(LISTED)
-    if designs is None:
+    if designs is not None:
+        designs = space.allowed(designs)
+    else:
         tested = surface.tested()
         shares = qmc.Sobol(len(space), seed=generator).random(CLOUD)
-        designs = list(dict.fromkeys(tested + space.at(shares)))
+        designs = list(dict.fromkeys(tested + space.allowed(space.at(shares))))
         for step in STEPS:
             heads = by_worth(designs)[:HEADS] + [surface.best()]
-            near = [space.near(h, step, generator) for h in heads for _ in range(NEIGHBOURS)]
+            near = space.allowed(space.near(h, step, generator) for h in heads for _ in range(NEIGHBOURS))
             designs = list(dict.fromkeys(tested + heads + near))
     return next((design for design in by_worth(designs) if design not in failed), surface.best())

@@ -32,6 +32,7 @@ from milltools.study.search.acquisition import Budget, Tried, choose, spread, un
 from milltools.study.search.space import Space
 
 ASKING = datetime.timedelta(minutes=5)  # longest time between a trial and its id, which another driver may be writing
+ATTEMPTS = 100  # of NSGA-II to find a design that meets what is required of keys; then it is a spread one
 CAPPED = "capped"  # Optuna's constraint: satisfied if not positive
 
 
@@ -90,8 +91,17 @@ class Sampler(optuna.samplers.BaseSampler):
             return parameters(self.space, self.design)
         population = max(8, min(50, 2 * (self.budget.runs // 10)))
         seed = (self.budget.seed * 1_000_003 + trial.number) % 2**32
-        self._evolution = optuna.samplers.NSGAIISampler(population_size=population, seed=seed)
-        return self._evolution.sample_relative(study, trial, search_space) or parameters(self.space, self.start)
+        for attempt in range(ATTEMPTS):
+            self._evolution = optuna.samplers.NSGAIISampler(population_size=population, seed=seed + attempt)
+            found = self._evolution.sample_relative(study, trial, search_space)
+            if not found or not self.space.met:
+                break
+            for one, kind in search_space.items():  # what NSGA-II mutates
+                if one not in found:
+                    found[one] = self.sample_independent(study, trial, one, kind)
+            if self.space.allowed([design_of(self.space, found)]):
+                return found
+        return found if found and not self.space.met else parameters(self.space, self.start)
 
     def sample_independent(self, *asked):
         """A parameter that NSGA-II mutates."""
@@ -105,6 +115,7 @@ def name_of(study) -> str:
     """The name of the study in the storage: searches with equal runs, ranges and goals share it."""
     ranges = [{name: getattr(r, name) for name in ABOUT} for r in study.vary]
     what = [study.fingerprint, [(o.path, o.goal) for o in study.objectives], ranges]
+    what += [study.formulas.rules] * bool(study.formulas.rules)
     return f"millsim-{hashlib.sha256(json.dumps(what).encode()).hexdigest()[:16]}"
 
 
@@ -115,7 +126,7 @@ class Search:
 
     def __init__(self, study, table, storage, budget: Budget, private=True, anew=False):
         self.study, self.table, self.budget = study, table, budget
-        self.space = Space(study.about()["vary"])
+        self.space = Space(study.about()["vary"], study.formulas.met if study.formulas.rules else None)
         self.paths = [objective.path for objective in study.objectives]
         self.sampler = Sampler(self.space, budget)
         self.owner = f"{socket.gethostname()}:{table.path.resolve()}"
@@ -202,8 +213,10 @@ class Search:
                 there.add(row["id"])
 
     def _adopt(self, row):
-        """Makes a trial of a row, if its design is one of this search."""
+        """Makes a trial of a row, if its design is one of this search and keeps the requirements on keys."""
         values = self._values(row)
+        if not self.space.allowed([[row[key] for key in self.space.keys]]):
+            return
         with contextlib.suppress(ValueError):  # if a range was made smaller
             trial = optuna.trial.create_trial(
                 state=TrialState.COMPLETE if values else TrialState.FAIL,

@@ -45,11 +45,12 @@ def _near(r: Range, value, step: float, generator):
 
 class Space:
     """All varied keys, from the entries of the table's "vary" (or the study deck's). A design is a tuple of values, in
-    the order of `keys`; `ranges`: their values in order."""
+    the order of `keys`; `ranges`: their values in order; `met`, if given: whether {key: value} meets what is required
+    of keys."""
 
-    def __init__(self, vary: list[dict]):
+    def __init__(self, vary: list[dict], met=None):
         self.ranges = [Range.of(entry).ordered() for entry in vary]
-        self.keys = [r.key for r in self.ranges]
+        self.keys, self.met = [r.key for r in self.ranges], met
 
     def __len__(self):
         return len(self.ranges)
@@ -67,6 +68,10 @@ class Space:
     def at(self, shares) -> list[tuple]:
         """The designs at shares of 0..1, shape (any, len(self))."""
         return [tuple(_at(r, float(u)) for r, u in zip(self.ranges, row)) for row in shares]
+
+    def allowed(self, designs) -> list[tuple]:
+        """Those that meet what is required of keys."""
+        return [one for one in designs if self.met(dict(zip(self.keys, one)))] if self.met else list(designs)
 
     def near(self, design, step: float, generator) -> tuple:
         """A design at a distance of about `step`: on average at least one key is changed."""

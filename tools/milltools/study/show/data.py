@@ -28,6 +28,8 @@ from milltools.base.text import plain, spoken_unit
 from milltools.read import deck_text, expression, values
 from milltools.read.kinds import label
 from milltools.read.results import Results
+from milltools.study.plan import formulas
+from milltools.study.plan.formulas import Formulas
 from milltools.study.plan.job import FRICTIONLESS
 from milltools.study.plan.ranges import Range, unit_written
 from milltools.study.plan.study_deck import Objective
@@ -248,6 +250,7 @@ class StudyView:
         self.axes = [self._axis(entry, said.get(entry["key"])) for entry in meta["vary"]]
         self.objectives = [Aim(o["path"], o["goal"], spoken_unit(o.get("unit") or "")) for o in meta["objectives"]]
         self.require = [expression.Requirement.read(text) for text in meta.get("require") or ()]
+        self.formulas = Formulas.of(meta)
         self._estimates = {}
         keys = [axis.key for axis in self.axes]
         self.design_of = self.rows.groupby(keys, sort=False, dropna=False).ngroup().to_numpy()
@@ -323,7 +326,9 @@ class StudyView:
         requirements such as "power <= 225 W". Returns the objective."""
         goal, text = re.fullmatch(r"\s*(?:(maximise|minimise)\b)?(.*)", objective or "", re.S).groups()
         chosen = self.aim(text, goal or "maximise") if text.strip() else self.objectives[0]
-        asked = [expression.Requirement.read(text) for text in require]
+        rules = [text for text in require if any(map(self.formulas.has, expression.keys_of(text)))]
+        self.formulas.rules += [text for text in rules if text not in self.formulas.rules]
+        asked = [expression.Requirement.read(text) for text in require if text not in rules]
         new = {(one.expression.text, one.sign) for one in asked}  # a new limit replaces that of the study
         self.require = [one for one in self.require if (one.expression.text, one.sign) not in new] + asked
         for one in asked:
@@ -331,14 +336,31 @@ class StudyView:
                 one.check(told)
         if chosen not in self.objectives:
             self.objectives = [chosen]
-        for name in ("feasible", "_optima"):
+        for name in ("feasible", "possible", "_optima"):
             self.__dict__.pop(name, None)
         return chosen
 
     @functools.cached_property
     def feasible(self) -> np.ndarray:
-        """Designs whose means meet all requirements."""
-        return np.all([np.ones(len(self.designs), bool), *map(self.meets, self.require)], axis=0)
+        """Designs whose keys and means meet all requirements."""
+        return np.all([self.possible, *map(self.meets, self.require)], axis=0)
+
+    @functools.cached_property
+    def possible(self) -> np.ndarray:
+        """Designs whose keys meet what is required of keys: an earlier plan may have had others."""
+        rules = self.formulas.rules
+        return np.array([not rules or self.formulas.met(one) for one in self.designs.to_dict("records")], bool)
+
+    def derived(self, design: int) -> list[str]:
+        """The keys that follow from those of a design: "body.lifter.turn_by = 45 deg"."""
+        line = self.rows.iloc[int(np.flatnonzero(self.design_of == design)[0])]
+        told = []
+        for key, about in self.formulas.derived.items():
+            unit, size = TURNING.get(about["unit"], (about["unit"], 1.0))
+            if unit in ("m", "s") and 0 < abs(line[key]) < 0.5:
+                unit, size = f"m{unit}", 1e-3
+            told.append(f"{key} = {line[key] / size:.5g} {unit}".removesuffix(" 1"))
+        return told
 
     def meets(self, one) -> np.ndarray:
         """Designs whose mean meets one requirement."""
@@ -388,17 +410,24 @@ class StudyView:
 
 
 def settings(view, design, words=()) -> list[str]:
-    """The varied keys of a design as `millsim --set` takes them: in SI, or as `words` has them, see spoken()."""
-    line, common, found = view.designs.iloc[design], view.meta.get("common") or {}, []
-    for entry in view.meta["vary"]:
+    """The varied keys of a design, and those that follow, as `millsim --set` takes them: in SI, or as `words` has them,
+    see spoken(). A vector stands for its components."""
+    line = {**view.rows.iloc[np.flatnonzero(view.design_of == design)[0]], **view.designs.iloc[design]}
+    keys, found = view.meta.get("common") or {}, {}
+    for entry in [*view.meta["vary"], *view.formulas.derived.values()]:
         key, value = entry["key"], line[entry["key"]]
-        text = repr(float(value)) if entry["kind"] == "number" else str(value)
-        names = [name for name in common if fnmatchcase(name, key)] if "*" in key else [key]
+        vector, place = values.component_of(key) or (key, None)
+        text = formulas.text_of(float(value), entry["kind"]) if key in view.formulas.derived else str(value)
+        text = repr(float(value)) if entry["kind"] == "number" else text
         order = (text, entry.get("unit") or "1")
-        if entry["kind"] == "number" and (key, float(value)) in words:
+        if entry["kind"] == "number" and place is None and (key, float(value)) in words:
             order = words[key, float(value)], "1"
-        found += [values.order(name, *order) for name in names]
-    return found
+        for name in [name for name in keys if fnmatchcase(name, vector)] if "*" in key else [vector]:
+            if place is not None:
+                parts = (found.get(name) or (keys[name], ""))[0].split()
+                order = " ".join([*parts[:place], text, *parts[place + 1 : 3]]), order[1]
+            found[name] = order
+    return [values.order(name, *order) for name, order in found.items()]
 
 
 def common(view) -> dict[str, str]:

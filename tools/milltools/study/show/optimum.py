@@ -185,7 +185,13 @@ def limits(view) -> list[tuple]:
 def allowed(view):
     """A function of designs that were perhaps not run: which of them meet all requirements."""
     fits = limits(view)
-    return lambda designs: np.all([np.full(len(designs), True), *(excess(designs) <= 0 for _, excess in fits)], axis=0)
+    keys, formulas = [axis.key for axis in view.axes], view.formulas
+
+    def marked(designs):
+        possible = [not formulas.rules or formulas.met(dict(zip(keys, design))) for design in designs]
+        return np.all([np.array(possible, bool), *(excess(designs) <= 0 for _, excess in fits)], axis=0)
+
+    return marked
 
 
 def knee(view, aims, which) -> int | None:

@@ -4,7 +4,7 @@ import functools
 import pathlib
 
 from milltools.base.files import whole, write_csv, write_text
-from milltools.base.text import plain
+from milltools.base.text import plain, spoken_unit
 from milltools.figures import style
 from milltools.study.show import contour, optimum, pair, slices, summary, tradeoff, tumbling
 from milltools.study.show.data import Scale, StudyView
@@ -81,6 +81,7 @@ def csv(view, path, objective=None):
     for and of what is required."""
     aims = [*view.objectives, *([objective] if objective else []), *(aim for aim, _ in summary.limits_of(view))]
     scales = {one.key: one.said or Scale(unit=one.unit) for one in view.axes if one.numeric}
+    scales |= {key: Scale(unit=spoken_unit(one["unit"])) for key, one in view.formulas.derived.items()}
     scales |= {one.path: one.scale for one in [*map(view.aim, view.meta["record"]), *aims]}
     scales |= dict.fromkeys(("time", "sample_from", "cpu", "wall"), Scale(unit="s"))
     heads = []

@@ -84,7 +84,7 @@ def head_lines(view) -> list[str]:
     least, most = view.designs["runs"].min(), view.designs["runs"].max()
     each = plural(most, "run") if least == most else f"{least} to {most} runs"
     out = [f"{view.name}: {aims}", f"varied     {', '.join(spans)}", f"designs    {len(view.designs)}, {each} each"]
-    if view.require:
+    if required(view):
         meet = f"{(view.usable & view.feasible).sum()} of {view.usable.sum()} designs meet this"
         out.append(f"required   {required(view)}: {meet}")
     return out + [f"warning    {note}" for note in view.meta.get("notes") or ()]
@@ -114,7 +114,7 @@ def doubt_of(view, design) -> list[str]:
 
 
 def required(view) -> str:
-    return " and ".join(one.text for one in view.require)
+    return " and ".join([*(one.text for one in view.require), *view.formulas.rules])
 
 
 def limit_lines(view, design) -> list[str]:
@@ -157,7 +157,7 @@ def finding(view, objective) -> str:
     if best is None:
         return ""
     known = " (95 %)" if math.isfinite(best.half) else " (error not known)"
-    under = f" with {required(view)}" if view.require else ""
+    under = f" with {required(view)}" if required(view) else ""
     value, others = objective.scale.pair(best.value, best.half), int(best.open.sum()) - 1
     tied = f"; {plural(others, 'other design')} may be as good" if known == " (95 %)" and others > 0 else ""
     return f"{view.tell(best.design)} gives {objective.goal_words}{under}: {value}{known}{tied}"
@@ -195,7 +195,7 @@ def optimum_lines(view, objective) -> list[str]:
         more.append(f"{which} cannot be distinguished from the best ({count})")
     else:
         more.append(f"no other design that was run{' and meets this' * bool(view.require)} can be as good (95 %)")
-    more[:0] = [*doubt_of(view, best.design), *limit_lines(view, best.design)]
+    more[:0] = [*doubt_of(view, best.design), *view.derived(best.design), *limit_lines(view, best.design)]
     if best.alike.sum() > 1:
         what = f"at most {100 * optimum.ALIKE:g} % worse than the best"
         more.append(f"{optimum.spans(view, best.alike)}: {what} ({best.alike.sum()} designs)")
@@ -274,7 +274,7 @@ def best_table(view, objective, count=BEST):
 
 def broken(view, design) -> str:
     """The requirements that a design does not meet: "power 612 > 400 W", "power has no value"."""
-    told = []
+    told = [] if view.possible[design] else [f"breaks {' or '.join(view.formulas.rules)}"]
     for one in view.require:
         if not view.meets(one)[design]:
             text, sign = one.expression.text, ">" if one.sign > 0 else "<"
@@ -363,7 +363,7 @@ def _of_sweep(view) -> list[str]:
     first = view.objectives[0]
     order = np.argsort(-first.sign * np.where(good, view.estimate(first.path).mean, np.nan), kind="stable")
     goal = "largest" if first.sign > 0 else "smallest"
-    of = f"{good.sum()} designs" + (f" that meet {required(view)}" if view.require else "")
+    of = f"{good.sum()} designs" + (f" that meet {required(view)}" if required(view) else "")
     title = f"the {goal} {first.words} of {of}:"
     return [plain(title), "", *indented(table_of_runs(view, order[: min(FEW, good.sum())])), ""]
 
@@ -386,14 +386,15 @@ def _of_search(table, view) -> list[str]:
     if (view.usable & ~view.feasible).any() and not (view.usable & view.feasible).any():
         return [plain(line.strip()) for line in optimum_lines(view, view.objectives[0])] + [""]
     try:
-        good = view.feasible[view.design_of] if view.require else None
-        surface, best = gp.of_table(table, good=good, allowed=optimum.allowed(view) if view.require else None)
+        limited = bool(view.require or view.formulas.rules)
+        good = view.feasible[view.design_of] if limited else None
+        surface, best = gp.of_table(table, good=good, allowed=optimum.allowed(view) if limited else None)
     except ValueError:
         return ["no run has a value"]
     about = view.objectives[0]
     word = "largest" if about.sign > 0 else "smallest"
     ends = f"{best.low:.5g} .. {best.high:.5g}{about.scale.suffix}"
-    under = f" with {required(view)}" if view.require else ""
+    under = f" with {required(view)}" if required(view) else ""
     found = [f"the {word} {about.words}{under}: {best.value:.5g}{about.scale.suffix}, 95 %: {ends}"]
     same = view.having(dict(zip([axis.key for axis in view.axes], best.design)))
     design = int(np.flatnonzero(same)[0])
@@ -402,6 +403,7 @@ def _of_search(table, view) -> list[str]:
     for axis, value, part in zip(view.axes, best.design, best.place):
         place = axis.reach(part.low, part.high, part.words)
         rows.append(("", axis.key, axis.tell(value), f"95 % interval: {place}"))
+    rows += [("", *one.split(" = "), "follows") for one in view.derived(design)]
     found += indented(rows, left=(1, 2, 3))
     alone = all(part.low == part.high and len(part.words) < 2 for part in best.place)
     share = f"{100 * best.place_share:.1f} %" if best.place_share >= 0.001 else "less than 0.1 %"
