@@ -153,8 +153,18 @@ static void find_highest(const struct mill_world *world, const struct mill_motio
         }
 }
 
+/* Prints the words of the trade for a drum, or round container, that turns about its own axis. */
+static void print_tumbling(const struct mill_world *world, const struct mill_deck *deck, FILE *out)
+{
+    const struct mill_turn *turn = deck->setup.motion[deck->mill.carrier].form;
+    const double one = 2 * MILL_PI / 60, bulk = deck->mill.volume / MILL_START_PACKING;
+    mill_summary_line(out, "", "N %.3g rpm, %.3g %% of critical (%.3g rpm, D less d); J %.3g %%\n",
+                      fabs(turn->speed) / one, 100 * fabs(turn->speed) / deck->mill.critical,
+                      deck->mill.critical / one, 100 * bulk / world->container.volume);
+}
+
 /* Prints the highest speed and acceleration of the surfaces of each motion. */
-static void print_motions(const struct mill_world *world, FILE *out)
+static void print_motions(const struct mill_world *world, const struct mill_deck *deck, FILE *out)
 {
     const double g = vec3_norm(world->g);
     for (int k = 0; k < world->motions; k++) {
@@ -174,6 +184,8 @@ static void print_motions(const struct mill_world *world, FILE *out)
         if (g > 0)
             fprintf(out, ", Froude number %.3g", acceleration / g);
         fputc('\n', out);
+        if (deck && k == deck->mill.carrier && deck->mill.critical > 0)
+            print_tumbling(world, deck, out);
     }
 }
 
@@ -226,7 +238,7 @@ void mill_summary_mill(const struct mill_world *world, const struct mill_deck *d
         print_species(world, k, out);
     if (world->species_count > LISTED)
         mill_summary_line(out, "", "and %d more kinds\n", (int)world->species_count - LISTED);
-    print_motions(world, out);
+    print_motions(world, deck, out);
     if (deck)
         print_laws(deck, out);
 }

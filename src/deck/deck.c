@@ -171,6 +171,7 @@ static const struct {
     {mill_deck_setup_inside, MOVED " blades blade"},
     {mill_deck_balls_list, MILL " balls material"},
     {mill_deck_checks_balls, MILL " balls"},
+    {mill_deck_motions_turn, MILL " balls gravity"},
     {mill_deck_checks_frames, MILL " balls run output"},
     {mill_deck_checks_starts, MILL " balls run"},
     {mill_deck_balls_powder, MILL " balls powder"},

@@ -38,6 +38,7 @@ struct mill_deck_blades {
 struct mill_deck_motion {
     int kind;
     const char *on; /* the motion that carries it; NULL: none */
+    double share;   /* of the critical speed, which gives the speed of a turn; 0: not given */
     union {
         struct mill_turn turn;
         struct mill_swing swing;
@@ -128,7 +129,7 @@ struct mill_deck_given {
     int wavy;          /* 0: the drum is a circle, and the buckles are 0 */
     const char *drum_motion, *drum_material, *rotor_material; /* NULL: not given */
     struct mill_turn rotor; /* its speed follows from the tip speed, where that is given */
-    double tip_speed;       /* 0: not given, or at rest */
+    double tip_speed, share; /* 0: not given, or at rest; share of the critical speed: the same */
     double shaft_radius;    /* 0: no shaft */
     struct mill_deck_blades blades;
     struct mill_deck_material unknown; /* all that a [material.NAME] does not give */
@@ -146,7 +147,9 @@ struct mill_deck_mill {
     int64_t all;                   /* balls of all kinds */
     bool drum;                     /* true: a drum holds the balls; false: a body does */
     const struct mill_setup_surface *container; /* the body that holds the balls, or NULL */
-    bool carried;                               /* true: a motion carries the container */
+    int carrier;     /* number of the motion that carries the container; MILL_STILL: none */
+    double critical; /* [rad/s] speed of this turn at which balls stay at the wall; 0: none */
+    double volume, mass; /* [m^3], [kg] of all balls */
     bool rotor;
     struct mill_setup_motion motion[MILL_MOTIONS_MOST];
     struct mill_deck_motion form[MILL_MOTIONS_MOST]; /* the numbers of the motions */

@@ -273,8 +273,8 @@ void mill_deck_bodies_list(struct mill_deck *deck)
         mill_deck_wrong(&deck->text, NULL, NULL,
                         "nothing holds the balls: add [drum], or a [body.NAME] with "
                         "'side = inside'");
-    deck->mill.carried =
-        deck->mill.container ? deck->mill.container->motion >= 0 : deck->setup.drum.rides > 0;
+    deck->mill.carrier =
+        deck->mill.container ? deck->mill.container->motion : deck->setup.drum.rides - 1;
 }
 
 /* Equal blades: number k = 0.. has its centre at x = -L/2 + (k + 1/2) L/count and points at the

@@ -58,7 +58,7 @@ void mill_deck_checks_starts(struct mill_deck *deck)
      * starts on two cores are known to run.precision sooner than one */
     const bool precise = deck->observe.precision > 0;
     if (deck->observe.starts == 0)
-        deck->observe.starts = counted || file ? 1 : deck->mill.carried ? STARTS : precise ? 2 : 1;
+        deck->observe.starts = counted || file ? 1 : deck->mill.carrier >= 0 ? STARTS : precise ? 2 : 1;
     if (deck->observe.starts > 1 && (file || counted))
         mill_deck_wrong(&deck->text, "run", "starts",
                         file ? "with [balls] start all starts would be the same: give 1, or leave "

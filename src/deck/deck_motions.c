@@ -5,6 +5,7 @@
 enum { MOST_ROWS = 10000000, COLUMNS = 7 };
 #define NEARLY 1e-3  /* a rotation this near to whole turns, relative to them, is meant as these */
 #define ROUNDED 1e-5 /* [rad] error of 2 pi with five decimals or more */
+#define ALONG 1e-6   /* two lines nearer than this, relative to their lengths, are meant as one */
 
 /* ---- tables ---- */
 
@@ -195,6 +196,7 @@ void mill_deck_motions_list(struct mill_deck *deck)
     deck->setup.motion = deck->mill.motion;
     deck->setup.rotor = deck->mill.rotor ? 0 : MILL_STILL;
     if (deck->mill.rotor) {
+        deck->mill.form[0].share = deck->given.share;
         deck->given.rotor.axis = vec3_make(1.0, 0.0, 0.0);
         deck->mill.motion[deck->setup.motions++] = (struct mill_setup_motion){
             .name = "rotor", .type = &mill_turn_type, .form = &deck->given.rotor, .on = MILL_STILL};
@@ -202,4 +204,55 @@ void mill_deck_motions_list(struct mill_deck *deck)
     if (list_named(deck) && deck->mill.drum)
         mill_deck_motions_find(deck, "drum", "motion", deck->given.drum_motion, &rides);
     deck->setup.drum.rides = 1 + rides;
+}
+
+/* The drum, or a round container, that one turn alone carries about its own axis: the largest ball
+ * at its wall has no weight at the top if w^2 (R - r) = g, of gravity the part across the axis. */
+static double critical_of(const struct mill_deck *deck)
+{
+    const struct mill_setup *setup = &deck->setup;
+    const struct mill_setup_surface *c = deck->mill.container;
+    const struct mill_setup_motion *m =
+        deck->mill.carrier >= 0 ? &setup->motion[deck->mill.carrier] : NULL;
+    double widest = 0.0;
+    if (!m || m->type != &mill_turn_type || m->on >= 0 || (c && !c->solid->round))
+        return 0.0;
+    const struct mill_turn *turn = m->form;
+    const struct mill_body is = c ? *c->body : mill_setup_drum_body(&setup->drum);
+    const double radius = c ? mill_solid_hull(c->solid, &is).radius : is.radius;
+    const vec3 off = vec3_cross(vec3_sub(is.centre, turn->centre), turn->axis);
+    const double across = vec3_norm(vec3_cross(setup->gravity, turn->axis));
+    for (int k = 0; k < setup->species; k++)
+        widest = fmax(widest, setup->balls[k].diameter);
+    return vec3_norm(vec3_cross(is.z, turn->axis)) < ALONG && vec3_norm(off) < ALONG * radius &&
+                   across > ALONG * vec3_norm(setup->gravity)
+               ? sqrt(across / (radius - 0.5 * widest))
+               : 0.0;
+}
+
+void mill_deck_motions_turn(struct mill_deck *deck)
+{
+    const double critical = deck->mill.critical = critical_of(deck);
+    for (int k = 0; k < deck->setup.motions; k++) {
+        struct mill_deck_motion *is = &deck->mill.form[k];
+        const bool rotor = k == deck->setup.rotor;
+        const struct mill_deck_section *s =
+            rotor ? mill_deck_section(&deck->text, "rotor")
+                  : mill_deck_find(&deck->text, "motion", deck->mill.motion[k].name);
+        if (is->share == 0.0)
+            continue;
+        if (k != deck->mill.carrier || critical == 0.0)
+            mill_deck_wrong(&deck->text, s->title, "speed",
+                            k != deck->mill.carrier
+                                ? "this motion does not carry the container, so it has no critical speed: "
+                                  "give the speed in rpm"
+                                : "there is no critical speed: it needs gravity across the axis, "
+                                  "and a drum or a round body that this turn alone carries about "
+                                  "its own axis; give the speed in rpm");
+        else if (rotor)
+            deck->given.rotor.speed = is->share * critical;
+        else
+            ((struct mill_deck_motion *)s->form)->as.turn.speed = is->as.turn.speed =
+                is->share * critical;
+    }
 }

@@ -301,8 +301,10 @@ static inline const char *mill_deck_holder(const struct mill_deck *deck)
 
 /* ---- what follows from the values: steps of reading ---- */
 
-/* The rotor and the [motion.NAME], carriers first, and the motion of the drum */
+/* The rotor and the [motion.NAME], carriers first, and the motion of the drum; the critical speed,
+ * and the speed that is a share of it */
 void mill_deck_motions_list(struct mill_deck *deck);
+void mill_deck_motions_turn(struct mill_deck *deck);
 
 /* Shaft and blades as bodies; the [body.NAME] with their copies and kinds of contact; the speed of
  * the rotor, where that of its tips is given */

@@ -268,6 +268,9 @@ void mill_deck_balls_list(struct mill_deck *deck)
         if (!find_density(deck, balls) || !count_balls(deck, balls, &volume))
             return;
         mill->all += balls->count;
+        const double count = (double)balls->count, cube = pow(balls->diameter, 3);
+        mill->volume += count * MILL_PI / 6.0 * cube;
+        mill->mass += count * balls->density * MILL_PI / 6.0 * cube;
         all[deck->setup.species] = (struct mill_setup_balls){.name = mill_deck_name(s),
                                                              .diameter = balls->diameter,
                                                              .density = balls->density,
@@ -281,12 +284,8 @@ void mill_deck_balls_list(struct mill_deck *deck)
 void mill_deck_balls_powder(struct mill_deck *deck)
 {
     struct mill_deck_powder *powder = &deck->given.powder;
-    double mass = 0.0;
-    for (int k = 0; k < deck->setup.species; k++)
-        mass += (double)deck->mill.balls[k].count * deck->mill.balls[k].density * MILL_PI / 6.0 *
-                pow(deck->mill.balls[k].diameter, 3);
     if (powder->ball_to_powder > 0.0)
-        powder->mass = mass / powder->ball_to_powder;
+        powder->mass = deck->mill.mass / powder->ball_to_powder;
     mill_deck_files_find(&deck->text, "powder", "table", &powder->table);
     if (powder->mass > 0.0) {
         deck->observe.hard_by = powder->energy;

@@ -31,7 +31,7 @@ HIDDEN(sample_found, mill_deck, is->observe.sample_found)
 HIDDEN(is_circle, mill_deck, !is->given.wavy)
 HIDDEN(no_drum, mill_deck, !is->mill.drum)
 /* The balls do not start at random, or the container does not move. */
-HIDDEN(starts_alike, mill_deck, is->given.start || !is->mill.carried)
+HIDDEN(starts_alike, mill_deck, is->given.start || is->mill.carrier < 0)
 HIDDEN(is_hard, mill_deck, !is->setup.soft.on)
 HIDDEN(is_single, mill_deck_body, is->copies < 2)
 
@@ -150,8 +150,11 @@ static const struct mill_key drum_key[] = {
     {.name = NULL},
 };
 
+#define CRITICAL "speed", "share of the critical speed of the container that it turns", .unit = "critical", ANY
+static const struct mill_key rotor_share = {CRITICAL, DECK(given.share)};
 static const struct mill_key rotor_key[] = {
-    {"speed", "constant speed of the rotor, positive about +x", .unit = "rad/s", ANY, DECK(given.rotor.speed)},
+    {"speed", "constant speed of the rotor, positive about +x", .unit = "rad/s", ANY, DECK(given.rotor.speed),
+     .also = &rotor_share},
     {"tip_speed", "speed of the point of blades and bodies on the rotor that is farthest from its "
      "axis; gives the speed of the rotor", .instead = "speed", .unit = "m/s", ANY, DECK(given.tip_speed)},
     {"shaft_radius", "radius of the shaft; 0 m: none", .unit = "m", NOT_NEGATIVE,
@@ -227,10 +230,11 @@ static const struct mill_key motion_key[] = {
     {.name = NULL},
 };
 
+static const struct mill_key turn_share = {CRITICAL, MOTION(share)};
 static const struct mill_key turn_key[] = {
     {"centre", "a point of the axis", PLACE, .preset = "0 0 0 m", MOTION(as.turn.centre)},
     {"axis", "direction of the axis", DIRECTION, MOTION(as.turn.axis)},
-    {"speed", "constant speed, by the right-hand rule", .unit = "rad/s", ANY, MOTION(as.turn.speed)},
+    {"speed", "constant speed, by the right-hand rule", .unit = "rad/s", ANY, MOTION(as.turn.speed), .also = &turn_share},
     {"angle", "angle at t = 0", .unit = "rad", ANY, .preset = "0 deg", MOTION(as.turn.angle)},
     {.name = NULL},
 };
