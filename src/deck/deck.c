@@ -168,7 +168,7 @@ static const struct {
     {mill_deck_checks_run, "run output"},
     {mill_deck_checks_buckles, "drum"},
     {mill_deck_checks_parts, MOVED " blades blade"},
-    {mill_deck_setup_inside, MOVED " blades blade"},
+    {mill_deck_bodies_inside, MOVED " blades blade"},
     {mill_deck_balls_list, MILL " balls material"},
     {mill_deck_checks_balls, MILL " balls"},
     {mill_deck_motions_turn, MILL " balls gravity"},

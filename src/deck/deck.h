@@ -21,10 +21,13 @@ struct mill_deck_balls {
     /* Given instead of the count; 0: not given. Parts of the container's volume, and of the free
      * volume with the voids between the balls; [kg] of all of them */
     double fill, bulk_fill, mass;
-    const char *given;    /* the key that gives the number: "count", "fill", ... */
-    double diameter;      /* [m] */
-    double density;       /* [kg/m^3]; 0: not given */
-    const char *material; /* NULL: not given */
+    const char *given; /* the key that gives the number: "count", "fill", ... */
+    double diameter;   /* [m] of a ball; of a distribution: of the largest */
+    double density;    /* [kg/m^3]; 0: not given */
+    const char *sizes; /* the distribution, or the file of its table; NULL: all are equal */
+    double smallest, d63, uniformity; /* of a distribution: [m], [m], [1]; 0: not given */
+    long classes;                     /* that stand for it; 0: those of the table */
+    const char *material;             /* NULL: not given */
 };
 
 /* [blades]: equal ones, spread evenly along the drum and around the rotor */
@@ -128,9 +131,9 @@ struct mill_deck_given {
     const char *start; /* [balls] path of the start file; NULL: a random start */
     int wavy;          /* 0: the drum is a circle, and the buckles are 0 */
     const char *drum_motion, *drum_material, *rotor_material; /* NULL: not given */
-    struct mill_turn rotor; /* its speed follows from the tip speed, where that is given */
+    struct mill_turn rotor;  /* its speed follows from the tip speed, where that is given */
     double tip_speed, share; /* 0: not given, or at rest; share of the critical speed: the same */
-    double shaft_radius;    /* 0: no shaft */
+    double shaft_radius;     /* 0: no shaft */
     struct mill_deck_blades blades;
     struct mill_deck_material unknown; /* all that a [material.NAME] does not give */
     struct mill_deck_law general;      /* [contact], for kinds that have no value of their own */
@@ -147,8 +150,8 @@ struct mill_deck_mill {
     int64_t all;                   /* balls of all kinds */
     bool drum;                     /* true: a drum holds the balls; false: a body does */
     const struct mill_setup_surface *container; /* the body that holds the balls, or NULL */
-    int carrier;     /* number of the motion that carries the container; MILL_STILL: none */
-    double critical; /* [rad/s] speed of this turn at which balls stay at the wall; 0: none */
+    int carrier;         /* number of the motion that carries the container; MILL_STILL: none */
+    double critical;     /* [rad/s] speed of this turn at which balls stay at the wall; 0: none */
     double volume, mass; /* [m^3], [kg] of all balls */
     bool rotor;
     struct mill_setup_motion motion[MILL_MOTIONS_MOST];

@@ -78,8 +78,7 @@ static bool read_table(struct mill_deck *deck, const struct mill_deck_section *s
                                   .path = *file,
                                   .form = "7 numbers 't x y z rx ry rz' in SI units",
                                   .columns = 1u << COLUMNS,
-                                  .most = MOST_ROWS,
-                                  .many = "more than %ld rows"};
+                                  .most = MOST_ROWS};
     const bool good = mill_deck_files_read(&rows) && check_rows(&rows);
     double(*row)[COLUMNS] = mill_deck_keep(&deck->text, malloc((rows.row.count + 1) * sizeof *row));
     for (size_t k = 0; k < rows.row.count && row; k++)
@@ -239,20 +238,18 @@ void mill_deck_motions_turn(struct mill_deck *deck)
         const struct mill_deck_section *s =
             rotor ? mill_deck_section(&deck->text, "rotor")
                   : mill_deck_find(&deck->text, "motion", deck->mill.motion[k].name);
+        double *speed = rotor ? &deck->given.rotor.speed : &is->as.turn.speed;
         if (is->share == 0.0)
             continue;
         if (k != deck->mill.carrier || critical == 0.0)
             mill_deck_wrong(&deck->text, s->title, "speed",
+                            "there is no critical speed: %s; give the speed in rpm",
                             k != deck->mill.carrier
-                                ? "this motion does not carry the container, so it has no critical speed: "
-                                  "give the speed in rpm"
-                                : "there is no critical speed: it needs gravity across the axis, "
-                                  "and a drum or a round body that this turn alone carries about "
-                                  "its own axis; give the speed in rpm");
-        else if (rotor)
-            deck->given.rotor.speed = is->share * critical;
-        else
-            ((struct mill_deck_motion *)s->form)->as.turn.speed = is->as.turn.speed =
-                is->share * critical;
+                                ? "this motion does not carry the container"
+                                : "the container must be a drum or round body that this turn alone "
+                                  "carries about its own axis, across gravity");
+        *speed = is->share * critical;
+        if (!rotor)
+            ((struct mill_deck_motion *)s->form)->as.turn.speed = *speed;
     }
 }

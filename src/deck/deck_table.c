@@ -34,6 +34,10 @@ HIDDEN(no_drum, mill_deck, !is->mill.drum)
 HIDDEN(starts_alike, mill_deck, is->given.start || is->mill.carrier < 0)
 HIDDEN(is_hard, mill_deck, !is->setup.soft.on)
 HIDDEN(is_single, mill_deck_body, is->copies < 2)
+#define LAWS "bond|rosin_rammler"
+HIDDEN(no_law, mill_deck_balls, !is->sizes || !mill_deck_is_among(LAWS, '|', is->sizes))
+HIDDEN(no_rosin, mill_deck_balls, no_law(is) || mill_deck_is_among("bond", '|', is->sizes))
+HIDDEN(is_table, mill_deck_balls, no_law(is) && is->sizes)
 
 /* ---- the keys; a row has two lines at most ---- */
 
@@ -95,22 +99,31 @@ static const struct mill_key output_key[] = {
 };
 
 #define SHARE .lo = 0, .above = true, .hi = 1
+#define BALLS(member) IN(mill_deck_balls, member)
+#define DIAMETER .unit = "m", .lo = LEAST_DIAMETER, .hi = MILL_KEY_LARGEST
+#define NO_LAW .hidden = no_law, .needs = "belongs to 'sizes = bond' or 'sizes = rosin_rammler': leave it out"
+#define NO_ROSIN .hidden = no_rosin, .needs = "belongs to 'sizes = rosin_rammler': leave it out"
 static const struct mill_key ball_key[] = {
-    {"count", "number of balls", .type = MILL_KEY_WHOLE, .lo = 1, .hi = MILL_DECK_MOST_BALLS,
-     IN(mill_deck_balls, count)},
+    {"count", "number of balls", .type = MILL_KEY_WHOLE, .lo = 1, .hi = MILL_DECK_MOST_BALLS, BALLS(count)},
     {"fill", "volume of the balls divided by that of the container; gives their number",
-     .instead = "count", .unit = "1", SHARE, IN(mill_deck_balls, fill)},
+     .instead = "count", .unit = "1", SHARE, BALLS(fill)},
     {"bulk_fill", "share of the free volume that the balls fill with the voids between them, "
      "of which 60 % is solid; gives their number", .instead = "count", .unit = "1", SHARE,
-     IN(mill_deck_balls, bulk_fill)},
+     BALLS(bulk_fill)},
     {"mass", "total mass of the balls of this kind; gives their number", .instead = "count",
-     .unit = "kg", POSITIVE, IN(mill_deck_balls, mass)},
-    {"diameter", "diameter of a ball", .unit = "m", .lo = LEAST_DIAMETER, .hi = MILL_KEY_LARGEST,
-     IN(mill_deck_balls, diameter)},
-    {"material", "material of the balls: gives density and contacts that are not given", TEXT,
-     IN(mill_deck_balls, material)},
+     .unit = "kg", POSITIVE, BALLS(mass)},
+    {"sizes", "equal, a distribution of the mass, or a file with a row 'd m' for each size: diameter [m], share of the mass",
+     .type = MILL_KEY_FILE, .derived = true, .words = "equal", .known = LAWS, BALLS(sizes)},
+    {"diameter", "diameter of a ball; of a distribution: of the largest", DIAMETER, BALLS(diameter), .hidden = is_table,
+     .needs = "the table of 'sizes' gives the diameters: leave it out"},
+    {"smallest", "diameter of the smallest ball of the distribution", DIAMETER, .derived = true, BALLS(smallest), NO_LAW},
+    {"classes", "number of classes of equal mass that stand for the distribution", .type = MILL_KEY_WHOLE, .lo = 1,
+     .hi = MILL_DECK_MOST_CLASSES, .preset = "4", BALLS(classes), NO_LAW},
+    {"d63", "size than which 63.2 % of the mass is finer, 1 - exp(-(d/d63)^n)", DIAMETER, BALLS(d63), NO_ROSIN},
+    {"uniformity", "exponent n of this distribution", .lo = 0.1, .hi = 100, BALLS(uniformity), NO_ROSIN},
+    {"material", "material of the balls: gives density and contacts that are not given", TEXT, BALLS(material)},
     {"density", "density of the balls' material", .unit = "kg/m^3", .lo = LEAST_DENSITY,
-     .hi = MILL_KEY_LARGEST, .unless = "material", IN(mill_deck_balls, density)},
+     .hi = MILL_KEY_LARGEST, .unless = "material", BALLS(density)},
     {.name = NULL},
 };
 
@@ -189,8 +202,7 @@ static const struct mill_key blade_key[] = {
 static const struct mill_key blade_form_key[] = {
     {"tip_radius", "reach of a blade from the axis", MILL_SOLID_SIZE, BLADE(tip_radius)},
     {"width", "width of a blade along the axis, before pitching", MILL_SOLID_SIZE, BLADE(width)},
-    {"thickness", "thickness of a blade around the axis, before pitching", MILL_SOLID_SIZE,
-     BLADE(thickness)},
+    {"thickness", "thickness of a blade around the axis, before pitching", MILL_SOLID_SIZE, BLADE(thickness)},
     {"pitch", "turn of a blade about its radial mid-line", .unit = "rad", ANY, .preset = "0 deg", BLADE(pitch)},
     {.name = NULL},
 };
@@ -396,8 +408,7 @@ const struct mill_deck_block mill_deck_table[] = {
     {OF_BODY, .key = copies_key},
     {"contact", .key = law_key, VALUES(general)},
     {"contact", .key = floor_key},
-    {"contact", .named = true, .inherits = true, .key = law_key, VALUES(general),
-     .size = sizeof(struct mill_deck_law)},
+    {"contact", .named = true, .inherits = true, .key = law_key, VALUES(general), .size = sizeof(struct mill_deck_law)},
     {OF_MATERIAL, .key = material_key},
     {OF_MATERIAL, .key = law_key},
     {"powder", .optional = true, .key = powder_key, VALUES(powder)},
