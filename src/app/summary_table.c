@@ -153,20 +153,11 @@ static void find_highest(const struct mill_world *world, const struct mill_motio
         }
 }
 
-/* Prints the words of the trade for a drum, or round container, that turns about its own axis. */
-static void print_tumbling(const struct mill_world *world, const struct mill_deck *deck, FILE *out)
-{
-    const struct mill_turn *turn = deck->setup.motion[deck->mill.carrier].form;
-    const double one = 2 * MILL_PI / 60, bulk = deck->mill.volume / MILL_START_PACKING;
-    mill_summary_line(out, "", "N %.3g rpm, %.3g %% of critical (%.3g rpm, D less d); J %.3g %%\n",
-                      fabs(turn->speed) / one, 100 * fabs(turn->speed) / deck->mill.critical,
-                      deck->mill.critical / one, 100 * bulk / world->container.volume);
-}
-
-/* Prints the highest speed and acceleration of the surfaces of each motion. */
+/* Prints the highest speed and acceleration of the surfaces of each motion; of a drum that turns
+ * about its own axis also the critical speed and the filling J. */
 static void print_motions(const struct mill_world *world, const struct mill_deck *deck, FILE *out)
 {
-    const double g = vec3_norm(world->g);
+    const double g = vec3_norm(world->g), rpm = 30 / MILL_PI;
     for (int k = 0; k < world->motions; k++) {
         struct mill_mesh mesh = {0};
         double speed = 0, acceleration = 0;
@@ -185,7 +176,11 @@ static void print_motions(const struct mill_world *world, const struct mill_deck
             fprintf(out, ", Froude number %.3g", acceleration / g);
         fputc('\n', out);
         if (deck && k == deck->mill.carrier && deck->mill.critical > 0)
-            print_tumbling(world, deck, out);
+            mill_summary_line(
+                out, "", "N %.3g rpm, %.3g %% of critical (%.3g rpm, D less d); J %.3g %%\n",
+                deck->mill.share * deck->mill.critical * rpm, 100 * deck->mill.share,
+                deck->mill.critical * rpm,
+                100 * deck->mill.volume / MILL_START_PACKING / world->container.volume);
     }
 }
 

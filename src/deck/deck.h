@@ -152,6 +152,7 @@ struct mill_deck_mill {
     const struct mill_setup_surface *container; /* the body that holds the balls, or NULL */
     int carrier;         /* number of the motion that carries the container; MILL_STILL: none */
     double critical;     /* [rad/s] speed of this turn at which balls stay at the wall; 0: none */
+    double share;        /* speed of this turn divided by the critical one, without its sign */
     double volume, mass; /* [m^3], [kg] of all balls */
     bool rotor;
     struct mill_setup_motion motion[MILL_MOTIONS_MOST];

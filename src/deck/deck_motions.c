@@ -195,7 +195,6 @@ void mill_deck_motions_list(struct mill_deck *deck)
     deck->setup.motion = deck->mill.motion;
     deck->setup.rotor = deck->mill.rotor ? 0 : MILL_STILL;
     if (deck->mill.rotor) {
-        deck->mill.form[0].share = deck->given.share;
         deck->given.rotor.axis = vec3_make(1.0, 0.0, 0.0);
         deck->mill.motion[deck->setup.motions++] = (struct mill_setup_motion){
             .name = "rotor", .type = &mill_turn_type, .form = &deck->given.rotor, .on = MILL_STILL};
@@ -223,33 +222,36 @@ static double critical_of(const struct mill_deck *deck)
     const double across = vec3_norm(vec3_cross(setup->gravity, turn->axis));
     for (int k = 0; k < setup->species; k++)
         widest = fmax(widest, setup->balls[k].diameter);
-    return vec3_norm(vec3_cross(is.z, turn->axis)) < ALONG && vec3_norm(off) < ALONG * radius &&
-                   across > ALONG * vec3_norm(setup->gravity)
+    const bool own =
+        vec3_norm(vec3_cross(is.z, turn->axis)) < ALONG && vec3_norm(off) < ALONG * radius;
+    return own && across > ALONG * vec3_norm(setup->gravity)
                ? sqrt(across / (radius - 0.5 * widest))
                : 0.0;
 }
 
+/* Sets the speed of motion k that is a share of the critical one. */
+static void resolve(struct mill_deck *deck, const char *section, int k, double share, double *speed)
+{
+    const struct mill_deck_mill *mill = &deck->mill;
+    if (share != 0.0 && (k != mill->carrier || mill->critical == 0.0))
+        mill_deck_wrong(
+            &deck->text, section, "speed", "there is no critical speed: %s; give the speed in rpm",
+            k != mill->carrier ? "this motion does not carry the container"
+                               : "the container must be a drum or round body that this turn alone "
+                                 "carries about its own axis, across gravity");
+    else if (share != 0.0)
+        *speed = deck->mill.form[k].as.turn.speed = share * mill->critical;
+    if (k == mill->carrier && mill->critical > 0.0)
+        deck->mill.share = fabs(*speed) / mill->critical;
+}
+
 void mill_deck_motions_turn(struct mill_deck *deck)
 {
-    const double critical = deck->mill.critical = critical_of(deck);
-    for (int k = 0; k < deck->setup.motions; k++) {
-        struct mill_deck_motion *is = &deck->mill.form[k];
-        const bool rotor = k == deck->setup.rotor;
-        const struct mill_deck_section *s =
-            rotor ? mill_deck_section(&deck->text, "rotor")
-                  : mill_deck_find(&deck->text, "motion", deck->mill.motion[k].name);
-        double *speed = rotor ? &deck->given.rotor.speed : &is->as.turn.speed;
-        if (is->share == 0.0)
-            continue;
-        if (k != deck->mill.carrier || critical == 0.0)
-            mill_deck_wrong(&deck->text, s->title, "speed",
-                            "there is no critical speed: %s; give the speed in rpm",
-                            k != deck->mill.carrier
-                                ? "this motion does not carry the container"
-                                : "the container must be a drum or round body that this turn alone "
-                                  "carries about its own axis, across gravity");
-        *speed = is->share * critical;
-        if (!rotor)
-            ((struct mill_deck_motion *)s->form)->as.turn.speed = *speed;
+    struct mill_deck_section *s = NULL;
+    deck->mill.critical = critical_of(deck);
+    resolve(deck, "rotor", deck->setup.rotor, deck->given.share, &deck->given.rotor.speed);
+    while ((s = mill_deck_named(&deck->text, "motion", s))) {
+        struct mill_deck_motion *is = s->form;
+        resolve(deck, s->title, place_of(deck, mill_deck_name(s)), is->share, &is->as.turn.speed);
     }
 }

@@ -183,8 +183,7 @@ static long list_law(const struct mill_deck *deck, const char *section,
     const double from = bond ? lo : -expm1(-lo), all = (bond ? hi : -expm1(-hi)) - from;
     if (!(all > 1e-3))
         return mill_deck_wrong(&deck->text, section, "smallest",
-                               "less than 0.1 %% of the balls is between %g m, the smallest, and "
-                               "the diameter of the largest, %g m",
+                               "less than 0.1 %% of the balls is from %g m, the smallest, to %g m",
                                least, is->diameter);
     for (long k = 0; k < is->classes; k++) {
         const double f = from + all * ((double)k + 0.5) / (double)is->classes;
@@ -213,17 +212,15 @@ static long list_rows(struct mill_deck *deck, const char *section, const char *p
         const double d = row[k][0], share = row[k][1] - (screens ? last[1] : 0.0);
         if (!(d > last[0] && d < 1.0 && share >= 0.0))
             good = mill_deck_files_wrong(&rows, ((long *)rows.line.item)[k],
-                                         "diameters, in m, ascend, and so does what passes a "
-                                         "screen; no share of the mass is below 0");
+                                         "diameters, in m, and what passes must ascend from 0");
         size[n] = (struct size){screens ? sqrt(last[0] * d) : d, share};
         n += share > 0.0;
         all += share;
     }
     if (good && !(fabs(all - 1.0) < 0.01 || fabs(all - 100.0) < 1.0))
-        good = mill_deck_wrong(&deck->text, section, "sizes",
-                               "the shares in '%s' add up to %g, not to 1 or 100 %%; screens begin "
-                               "with one that nothing passes, 'd 0'",
-                               path, all);
+        good = mill_deck_wrong(
+            &deck->text, section, "sizes",
+            "the shares in '%s' add up to %g, not to 100 %%; what passes begins at 0", path, all);
     free(rows.row.item);
     free(rows.line.item);
     return good ? n : 0;
@@ -262,10 +259,9 @@ static bool split(struct mill_deck *deck, struct mill_deck_section *s)
         *made = (struct kind){.section = *s, .balls = all};
         snprintf(made->title, sizeof made->title, "balls.%s_%ld", name, k + 1);
         if (strlen(name) > MILL_NAME_LENGTH - 4 || mill_deck_section(&deck->text, made->title))
-            return mill_deck_wrong(&deck->text, s->title, "sizes",
-                                   "its classes are [balls.%s_1] and so on: give this section a "
-                                   "shorter name, and no other one such a name",
-                                   name);
+            return mill_deck_wrong(
+                &deck->text, s->title, "sizes",
+                "its classes are [balls.%s_1], ...: give one section another name", name);
         made->section.title = made->title;
         made->section.form = &made->balls;
         made->section.next = last->next;
