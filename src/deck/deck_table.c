@@ -34,10 +34,9 @@ HIDDEN(no_drum, mill_deck, !is->mill.drum)
 HIDDEN(starts_alike, mill_deck, is->given.start || is->mill.carrier < 0)
 HIDDEN(is_hard, mill_deck, !is->setup.soft.on)
 HIDDEN(is_single, mill_deck_body, is->copies < 2)
-#define LAWS "bond|rosin_rammler"
-HIDDEN(no_law, mill_deck_balls, !is->sizes || !mill_deck_is_among(LAWS, '|', is->sizes))
-HIDDEN(no_rosin, mill_deck_balls, no_law(is) || mill_deck_is_among("bond", '|', is->sizes))
-HIDDEN(is_table, mill_deck_balls, no_law(is) && is->sizes)
+HIDDEN(no_rosin, mill_deck_balls, !is->sizes || strcmp(is->sizes, "rosin_rammler") != 0)
+HIDDEN(no_law, mill_deck_balls, no_rosin(is) && (!is->sizes || strcmp(is->sizes, "bond") != 0))
+HIDDEN(is_table, mill_deck_balls, no_law(is) && is->sizes != NULL)
 
 /* ---- the keys; a row has two lines at most ---- */
 
@@ -113,7 +112,7 @@ static const struct mill_key ball_key[] = {
     {"mass", "total mass of the balls of this kind; gives their number", .instead = "count",
      .unit = "kg", POSITIVE, BALLS(mass)},
     {"sizes", "equal, a distribution of the mass, or a file with a row 'd m' for each size: diameter [m], share of the mass",
-     .type = MILL_KEY_FILE, .derived = true, .words = "equal", .known = LAWS, BALLS(sizes)},
+     .type = MILL_KEY_FILE, .derived = true, .words = "equal", .known = "bond|rosin_rammler", BALLS(sizes)},
     {"diameter", "diameter of a ball; of a distribution: of the largest", DIAMETER, BALLS(diameter), .hidden = is_table,
      .needs = "the table of 'sizes' gives the diameters: leave it out"},
     {"smallest", "diameter of the smallest ball of the distribution", DIAMETER, .derived = true, BALLS(smallest), NO_LAW},
