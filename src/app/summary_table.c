@@ -153,10 +153,11 @@ static void find_highest(const struct mill_world *world, const struct mill_motio
         }
 }
 
-/* Prints the highest speed and acceleration of the surfaces of each motion. */
-static void print_motions(const struct mill_world *world, FILE *out)
+/* Prints the highest speed and acceleration of the surfaces of each motion; of a drum that turns
+ * about its own axis also the critical speed and the filling J. */
+static void print_motions(const struct mill_world *world, const struct mill_deck *deck, FILE *out)
 {
-    const double g = vec3_norm(world->g);
+    const double g = vec3_norm(world->g), rpm = 30 / MILL_PI;
     for (int k = 0; k < world->motions; k++) {
         struct mill_mesh mesh = {0};
         double speed = 0, acceleration = 0;
@@ -174,6 +175,12 @@ static void print_motions(const struct mill_world *world, FILE *out)
         if (g > 0)
             fprintf(out, ", Froude number %.3g", acceleration / g);
         fputc('\n', out);
+        if (deck && k == deck->mill.carrier && deck->mill.critical > 0)
+            mill_summary_line(
+                out, "", "N %.3g rpm, %.3g %% of critical (%.3g rpm, D less d); J %.3g %%\n",
+                deck->mill.share * deck->mill.critical * rpm, 100 * deck->mill.share,
+                deck->mill.critical * rpm,
+                100 * deck->mill.volume / MILL_START_PACKING / world->container.volume);
     }
 }
 
@@ -226,7 +233,7 @@ void mill_summary_mill(const struct mill_world *world, const struct mill_deck *d
         print_species(world, k, out);
     if (world->species_count > LISTED)
         mill_summary_line(out, "", "and %d more kinds\n", (int)world->species_count - LISTED);
-    print_motions(world, out);
+    print_motions(world, deck, out);
     if (deck)
         print_laws(deck, out);
 }

@@ -42,9 +42,11 @@ struct mill_key {
     /* The key that this one stands for. Of all keys that stand for the same one, and that one
      * itself, exactly one is given. Only that one is printed. */
     const char *instead;
-    double factor;     /* with `instead`: the value times this is the value of that key, and has
-                          its place; 0: the value has a place of its own */
-    size_t offset;     /* of the value, in the struct of its table */
+    double factor; /* with `instead`: the value times this is the value of that key, and has
+                      its place; 0: the value has a place of its own */
+    size_t offset; /* of the value, in the struct of its table */
+    /* A number in the unit of this key, which has the same name, is that key's; NULL: none */
+    const struct mill_key *also;
     const char *words; /* CHOICE: "first|second"; FILE: the word for "no file", or NULL */
     double named;      /* NUMBER: what the only word of `words` stands for */
     const char *known; /* FILE: "first|second": of the names, those that are no file's; or NULL */

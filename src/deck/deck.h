@@ -22,10 +22,13 @@ struct mill_deck_balls {
     /* Given instead of the count; 0: not given. Parts of the container's volume, and of the free
      * volume with the voids between the balls; [kg] of all of them */
     double fill, bulk_fill, mass;
-    const char *given;    /* the key that gives the number: "count", "fill", ... */
-    double diameter;      /* [m] */
-    double density;       /* [kg/m^3]; 0: not given */
-    const char *material; /* NULL: not given */
+    const char *given; /* the key that gives the number: "count", "fill", ... */
+    double diameter;   /* [m] of a ball; of a distribution: of the largest */
+    double density;    /* [kg/m^3]; 0: not given */
+    const char *sizes; /* the distribution, or the file of its table; NULL: all are equal */
+    double smallest, d63, uniformity; /* of a distribution: [m], [m], [1]; 0: not given */
+    long classes;                     /* that stand for it; 0: those of the table */
+    const char *material;             /* NULL: not given */
 };
 
 /* [blades]: equal ones, spread evenly along the drum and around the rotor */
@@ -39,6 +42,7 @@ struct mill_deck_blades {
 struct mill_deck_motion {
     int kind;
     const char *on; /* the motion that carries it; NULL: none */
+    double share;   /* of the critical speed, which gives the speed of a turn; 0: not given */
     union {
         struct mill_turn turn;
         struct mill_swing swing;
@@ -130,9 +134,9 @@ struct mill_deck_given {
     const char *contour;       /* its file; NULL: not given */
     double tool;               /* [m] radius of the tool that mills the contour; 0: any */
     const char *drum_motion, *drum_material, *rotor_material; /* NULL: not given */
-    struct mill_turn rotor; /* its speed follows from the tip speed, where that is given */
-    double tip_speed;       /* 0: not given, or at rest */
-    double shaft_radius;    /* 0: no shaft */
+    struct mill_turn rotor;  /* its speed follows from the tip speed, where that is given */
+    double tip_speed, share; /* 0: not given, or at rest; share of the critical speed: the same */
+    double shaft_radius;     /* 0: no shaft */
     struct mill_deck_blades blades;
     struct mill_deck_material unknown; /* all that a [material.NAME] does not give */
     struct mill_deck_law general;      /* [contact], for kinds that have no value of their own */
@@ -149,7 +153,10 @@ struct mill_deck_mill {
     int64_t all;                   /* balls of all kinds */
     bool drum;                     /* true: a drum holds the balls; false: a body does */
     const struct mill_setup_surface *container; /* the body that holds the balls, or NULL */
-    bool carried;                               /* true: a motion carries the container */
+    int carrier;         /* number of the motion that carries the container; MILL_STILL: none */
+    double critical;     /* [rad/s] speed of this turn at which balls stay at the wall; 0: none */
+    double share;        /* speed of this turn divided by the critical one, without its sign */
+    double volume, mass; /* [m^3], [kg] of all balls */
     bool rotor;
     struct mill_setup_motion motion[MILL_MOTIONS_MOST];
     struct mill_deck_motion form[MILL_MOTIONS_MOST]; /* the numbers of the motions */

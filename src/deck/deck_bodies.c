@@ -10,6 +10,9 @@ enum {
     MOST_BODIES = 20000,  /* limit of the engine's numbers of surfaces, with the blades */
     MOST_FACETS = 5000000 /* of all copies of a mesh: 3 GB of memory */
 };
+/* Relative to the drum's radius: bounds this close are exact enough; less than this is no fault */
+#define SNUG 1e-11
+#define TOUCHING 1e-5
 /* an axis nearer than this to x: its part across x is only rounding */
 #define ALONG 1e-6
 
@@ -276,8 +279,8 @@ void mill_deck_bodies_list(struct mill_deck *deck)
         mill_deck_wrong(&deck->text, NULL, NULL,
                         "nothing holds the balls: add [drum], or a [body.NAME] with "
                         "'side = inside'");
-    deck->mill.carried =
-        deck->mill.container ? deck->mill.container->motion >= 0 : deck->setup.drum.rides > 0;
+    deck->mill.carrier =
+        deck->mill.container ? deck->mill.container->motion : deck->setup.drum.rides - 1;
 }
 
 /* Equal blades: number k = 0.. has its centre at x = -L/2 + (k + 1/2) L/count and points at the
@@ -362,4 +365,41 @@ void mill_deck_bodies_turn(struct mill_deck *deck)
                         "'speed'");
     else
         deck->given.rotor.speed = deck->given.tip_speed / tip;
+}
+
+/* Bounds of how far the blade reaches beyond the walls of the drum, < 0 [m]. Neither moves but
+ * about the axis. The check of a whole mill also finds what is not told here. */
+static double beyond(const struct mill_body *drum, const struct mill_body *blade)
+{
+    const struct mill_pose own = {.place = drum->centre, .x = drum->x, .y = drum->y, .z = drum->z};
+    const struct mill_pose in = mill_pose_relative(&mill_pose_still, &own);
+    struct mill_wall wall[MILL_WALLS];
+    double most = 0.0;
+    const int walls = mill_round_cylinder_solid.walls(drum, wall);
+    const struct mill_part box = mill_part_of(&mill_box_solid, blade),
+                           part = mill_part_move(&box, &in);
+    for (int k = 0; k < walls; k++)
+        if (wall[k].flat || drum->corners == 0)
+            most = fmin(most, mill_part_to_wall(&part, &wall[k], SNUG * drum->radius).most);
+    return most;
+}
+
+void mill_deck_bodies_inside(struct mill_deck *deck)
+{
+    const char *told = "rotor"; /* equal blades are one section */
+    char text[32];
+    if (!deck->mill.drum || deck->setup.drum.rides != 0)
+        return;
+    const struct mill_body drum = mill_setup_drum_body(&deck->setup.drum);
+    for (int k = 0; k < deck->mill.parts; k++) {
+        const char *section = mill_deck_section_of(deck, k);
+        if (strcmp(section, told) == 0)
+            continue;
+        const double by = -beyond(&drum, deck->setup.surface[k].body);
+        if (!(by > TOUCHING * drum.radius))
+            continue;
+        told = section;
+        snprintf(text, sizeof text, " by %.2g mm", 1e3 * by);
+        mill_deck_wrong(&deck->text, told, NULL, MILL_DECK_LEAVES, text, 0.0);
+    }
 }

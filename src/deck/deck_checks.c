@@ -59,7 +59,10 @@ void mill_deck_checks_starts(struct mill_deck *deck)
      * starts on two cores are known to run.precision sooner than one */
     const bool precise = deck->observe.precision > 0;
     if (deck->observe.starts == 0)
-        deck->observe.starts = counted || file ? 1 : deck->mill.carried ? STARTS : precise ? 2 : 1;
+        deck->observe.starts = counted || file           ? 1
+                               : deck->mill.carrier >= 0 ? STARTS
+                               : precise                 ? 2
+                                                         : 1;
     if (deck->observe.starts > 1 && (file || counted))
         mill_deck_wrong(&deck->text, "run", "starts",
                         file ? "with [balls] start all starts would be the same: give 1, or leave "
@@ -200,22 +203,18 @@ void mill_deck_checks_balls(struct mill_deck *deck)
     const struct mill_setup *setup = &deck->setup;
     const struct mill_deck_balls *balls = deck->mill.balls;
     const double room = room_of(deck), most = (setup->species == 1 ? DENSEST : 1.0) * room;
-    double total = 0.0, volume = 0.0;
+    const double volume = deck->mill.volume;
     bool good = true;
     for (int k = 0; k < setup->species; k++)
-        good = check_size(deck, &balls[k]) && good;
-    for (int k = 0; k < setup->species && good; k++, balls++) {
-        total += (double)balls->count;
-        volume += (double)balls->count * MILL_PI / 6.0 * pow(balls->diameter, 3);
-        if (total > MILL_DECK_MOST_BALLS)
-            good = mill_deck_wrong(&deck->text, balls->section, balls->given,
-                                   "more than %d balls in all", MILL_DECK_MOST_BALLS);
-        else if (volume > most)
-            good = mill_deck_wrong(&deck->text, balls->section, balls->given,
-                                   "%.0f balls do not fit: they fill %.3g litres of the %s's %.3g",
-                                   total, 1e3 * volume, deck->mill.drum ? "drum" : "container",
-                                   1e3 * room);
-    }
+        good = check_size(deck, balls = &deck->mill.balls[k]) && good;
+    if (good && deck->mill.all > MILL_DECK_MOST_BALLS)
+        good = mill_deck_wrong(&deck->text, balls->section, balls->given,
+                               "more than %d balls in all", MILL_DECK_MOST_BALLS);
+    else if (good && volume > most)
+        good = mill_deck_wrong(&deck->text, balls->section, balls->given,
+                               "%ld balls do not fit: they fill %.3g litres of the %s's %.3g",
+                               (long)deck->mill.all, 1e3 * volume,
+                               deck->mill.drum ? "drum" : "container", 1e3 * room);
     for (int k = 0; k < 2 && good && deck->given.start; k++)
         if (k ? setup->at_rest : setup->speed != 0.0)
             mill_deck_wrong(&deck->text, "balls", k ? "start_motion" : "speed",

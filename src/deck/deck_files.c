@@ -191,7 +191,10 @@ bool mill_deck_files_read(struct mill_deck_rows *rows)
         if (n < 0 || !(rows->columns >> n & 1u))
             good = mill_deck_files_wrong(rows, line, "expected %s%s", rows->form, mend);
         else if (rows->row.count == (size_t)rows->most)
-            good = mill_deck_files_wrong(rows, line, rows->many, rows->most);
+            good = mill_deck_files_wrong(rows, line,
+                                         rows->alone ? "more rows than the %ld balls of the deck"
+                                                     : "there are more than %ld rows",
+                                         rows->most);
         void *row = good ? mill_memory_add(&rows->row) : NULL;
         long *at = good ? mill_memory_add(&rows->line) : NULL;
         if (good && (!row || !at))

@@ -136,8 +136,7 @@ static bool settle(struct mill_deck_text *text, const struct mill_deck_section *
                                   .path = law->table,
                                   .form = "2 numbers 'v e': speed in m/s, restitution",
                                   .columns = 1u << 2,
-                                  .most = MILL_FALL_POINTS,
-                                  .many = "there are more than %ld rows"};
+                                  .most = MILL_FALL_POINTS};
     const bool good = mill_deck_files_read(&rows) && take_rows(&rows, fall);
     free(rows.row.item);
     free(rows.line.item);

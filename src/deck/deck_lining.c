@@ -21,8 +21,7 @@ static bool read_rows(struct mill_deck *deck, const char *section, const char **
                                   .path = *file,
                                   .form = "2 or 3 numbers 'x y bulge' in SI units",
                                   .columns = 1u << 2 | 1u << COLUMNS,
-                                  .most = MOST_CORNERS,
-                                  .many = "more than %ld corners"};
+                                  .most = MOST_CORNERS};
     const bool good = mill_deck_files_read(&rows);
     *count = rows.row.count;
     *corner = mill_deck_keep(&deck->text, calloc(*count + 1, sizeof **corner));

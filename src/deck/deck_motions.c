@@ -5,6 +5,7 @@
 enum { MOST_ROWS = 10000000, COLUMNS = 7 };
 #define NEARLY 1e-3  /* a rotation this near to whole turns, relative to them, is meant as these */
 #define ROUNDED 1e-5 /* [rad] error of 2 pi with five decimals or more */
+#define ALONG 1e-6   /* two lines nearer than this, relative to their lengths, are meant as one */
 
 /* ---- tables ---- */
 
@@ -77,8 +78,7 @@ static bool read_table(struct mill_deck *deck, const struct mill_deck_section *s
                                   .path = *file,
                                   .form = "7 numbers 't x y z rx ry rz' in SI units",
                                   .columns = 1u << COLUMNS,
-                                  .most = MOST_ROWS,
-                                  .many = "more than %ld rows"};
+                                  .most = MOST_ROWS};
     const bool good = mill_deck_files_read(&rows) && check_rows(&rows);
     double(*row)[COLUMNS] = mill_deck_keep(&deck->text, malloc((rows.row.count + 1) * sizeof *row));
     for (size_t k = 0; k < rows.row.count && row; k++)
@@ -202,4 +202,56 @@ void mill_deck_motions_list(struct mill_deck *deck)
     if (list_named(deck) && deck->mill.drum)
         mill_deck_motions_find(deck, "drum", "motion", deck->given.drum_motion, &rides);
     deck->setup.drum.rides = 1 + rides;
+}
+
+/* The drum, or a round container, that one turn alone carries about its own axis: the largest ball
+ * at its wall has no weight at the top if w^2 (R - r) = g, of gravity the part across the axis. */
+static double critical_of(const struct mill_deck *deck)
+{
+    const struct mill_setup *setup = &deck->setup;
+    const struct mill_setup_surface *c = deck->mill.container;
+    const struct mill_setup_motion *m =
+        deck->mill.carrier >= 0 ? &setup->motion[deck->mill.carrier] : NULL;
+    double widest = 0.0;
+    if (!m || m->type != &mill_turn_type || m->on >= 0 || (c && !c->solid->round))
+        return 0.0;
+    const struct mill_turn *turn = m->form;
+    const struct mill_body is = c ? *c->body : mill_setup_drum_body(&setup->drum);
+    const double radius = c ? mill_solid_hull(c->solid, &is).radius : is.radius;
+    const vec3 off = vec3_cross(vec3_sub(is.centre, turn->centre), turn->axis);
+    const double across = vec3_norm(vec3_cross(setup->gravity, turn->axis));
+    for (int k = 0; k < setup->species; k++)
+        widest = fmax(widest, setup->balls[k].diameter);
+    const bool own =
+        vec3_norm(vec3_cross(is.z, turn->axis)) < ALONG && vec3_norm(off) < ALONG * radius;
+    return own && across > ALONG * vec3_norm(setup->gravity)
+               ? sqrt(across / (radius - 0.5 * widest))
+               : 0.0;
+}
+
+/* Sets the speed of motion k that is a share of the critical one. */
+static void resolve(struct mill_deck *deck, const char *section, int k, double share, double *speed)
+{
+    const struct mill_deck_mill *mill = &deck->mill;
+    if (share != 0.0 && (k != mill->carrier || mill->critical == 0.0))
+        mill_deck_wrong(
+            &deck->text, section, "speed", "there is no critical speed: %s; give the speed in rpm",
+            k != mill->carrier ? "this motion does not carry the container"
+                               : "the container must be a drum or round body that this turn alone "
+                                 "carries about its own axis, across gravity");
+    else if (share != 0.0)
+        *speed = deck->mill.form[k].as.turn.speed = share * mill->critical;
+    if (k == mill->carrier && mill->critical > 0.0)
+        deck->mill.share = fabs(*speed) / mill->critical;
+}
+
+void mill_deck_motions_turn(struct mill_deck *deck)
+{
+    struct mill_deck_section *s = NULL;
+    deck->mill.critical = critical_of(deck);
+    resolve(deck, "rotor", deck->setup.rotor, deck->given.share, &deck->given.rotor.speed);
+    while ((s = mill_deck_named(&deck->text, "motion", s))) {
+        struct mill_deck_motion *is = s->form;
+        resolve(deck, s->title, place_of(deck, mill_deck_name(s)), is->share, &is->as.turn.speed);
+    }
 }

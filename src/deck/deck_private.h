@@ -38,7 +38,11 @@ struct mill_deck_reading {
 /* ---- what a deck may contain (deck_table.c, deck_entries.c) ---- */
 
 #define MILL_DECK_BALL "ball_" /* prefix of kinds of contact */
-enum { MILL_DECK_MOST_BALLS = 50000000, MILL_DECK_MOST_BLADES = 10000 };
+enum {
+    MILL_DECK_MOST_BALLS = 50000000,
+    MILL_DECK_MOST_BLADES = 10000,
+    MILL_DECK_MOST_CLASSES = 64
+};
 
 /* A block: keys of one kind of section whose values are in one struct. A section may have several
  * blocks. */
@@ -228,11 +232,10 @@ enum { MILL_DECK_COLUMNS = 9 };
 struct mill_deck_rows {
     const struct mill_deck_text *text;
     const char *section, *key, *path;
-    const char *form;             /* "2 numbers 'v e': speed in m/s, restitution" */
-    unsigned columns;             /* bit n: a row may have n numbers */
-    long most;                    /* rows */
-    const char *many;             /* "more than %ld rows" */
-    bool alone;                   /* faults of rows do not name the key in the deck */
+    const char *form; /* "2 numbers 'v e': speed in m/s, restitution" */
+    unsigned columns; /* bit n: a row may have n numbers */
+    long most;        /* rows */
+    bool alone;       /* a row for each ball; faults of rows do not name the key in the deck */
     struct mill_memory_list row;  /* double[MILL_DECK_COLUMNS]; those that it does not have are 0 */
     struct mill_memory_list line; /* long: of each row, from 1 */
 };
@@ -311,14 +314,19 @@ void mill_deck_lining_warn(const struct mill_deck *deck);
 /* [m] the maximum height of buckles up to which all profiles are valid; at most the radius */
 double mill_deck_lining_highest(int buckles, double radius);
 
-/* The rotor and the [motion.NAME], carriers first, and the motion of the drum */
+/* The rotor and the [motion.NAME], carriers first, and the motion of the drum; the critical speed,
+ * and the speed that is a share of it */
 void mill_deck_motions_list(struct mill_deck *deck);
+void mill_deck_motions_turn(struct mill_deck *deck);
 
 /* Shaft and blades as bodies; the [body.NAME] with their copies and kinds of contact; the speed of
  * the rotor, where that of its tips is given */
 void mill_deck_bodies_parts(struct mill_deck *deck);
 void mill_deck_bodies_list(struct mill_deck *deck);
 void mill_deck_bodies_turn(struct mill_deck *deck);
+
+/* Tells all blades beyond the drum. */
+void mill_deck_bodies_inside(struct mill_deck *deck);
 
 /* [m] The largest distance of the body's points from the x axis of its motion's frame. -1: out of
  * memory */
@@ -332,11 +340,9 @@ vec3 mill_deck_bodies_size(const struct mill_body *mesh);
 void mill_deck_laws_require(struct mill_deck *deck);
 void mill_deck_laws_list(struct mill_deck *deck);
 
-/* The kinds of balls with their numbers, and the start file; mass and table of the powder */
+/* The kinds of balls, each class of sizes as one, with their numbers, and the start file; mass and
+ * table of the powder */
 void mill_deck_balls_list(struct mill_deck *deck);
 void mill_deck_balls_powder(struct mill_deck *deck);
-
-/* Tells all blades beyond the drum. */
-void mill_deck_setup_inside(struct mill_deck *deck);
 
 #endif

@@ -8,9 +8,6 @@
  * better, and one that equals the diameter also pinches a ball. */
 #define NARROW 0.9
 #define EQUAL 2e-4
-/* Relative to the drum's radius: bounds this close are exact enough; less than this is no fault */
-#define SNUG 1e-11
-#define TOUCHING 1e-5
 
 /* ---- faults ---- */
 
@@ -167,42 +164,118 @@ static void warn_of(const struct mill_deck *deck, const struct mill_passing *pla
             1e3 * d);
 }
 
-/* Bounds of how far the blade reaches beyond the walls of the drum, < 0 [m]. Neither moves but
- * about the axis. The check of a whole mill also finds what is not told here. */
-static double beyond(const struct mill_body *drum, const struct mill_body *blade)
+/* ---- the sizes of balls ---- */
+
+struct size {
+    double diameter, share; /* [m]; of the mass */
+};
+
+/* Classes of equal mass; half of the mass of each is finer than its diameter. The share that is
+ * finer than d is (d/largest)^3.8, of a charge worn to equilibrium with one size added (Bond 1961),
+ * or 1 - exp(-(d/d63)^n) (Rosin & Rammler 1933). */
+static long list_law(const struct mill_deck *deck, const char *section,
+                     const struct mill_deck_balls *is, struct size *size)
 {
-    const struct mill_pose own = {.place = drum->centre, .x = drum->x, .y = drum->y, .z = drum->z};
-    const struct mill_pose in = mill_pose_relative(&mill_pose_still, &own);
-    struct mill_wall wall[MILL_WALLS];
-    double most = 0.0;
-    const int walls = drum->corners > 0 ? mill_contour_solid.walls(drum, wall)
-                                        : mill_prism_solid.walls(drum, wall);
-    const struct mill_part box = mill_part_of(&mill_box_solid, blade),
-                           part = mill_part_move(&box, &in);
-    for (int k = 0; k < walls; k++)
-        if (wall[k].flat || drum->corners == 0)
-            most = fmin(most, mill_part_to_wall(&part, &wall[k], SNUG * drum->radius).most);
-    return most;
+    const bool bond = is->d63 == 0.0;
+    const double n = bond ? 3.8 : is->uniformity, one = bond ? is->diameter : is->d63;
+    const double least = is->smallest > 0.0 ? is->smallest : is->diameter / 3.0;
+    const double lo = pow(least / one, n), hi = pow(is->diameter / one, n);
+    const double from = bond ? lo : -expm1(-lo), all = (bond ? hi : -expm1(-hi)) - from;
+    if (!(all > 1e-3))
+        return mill_deck_wrong(&deck->text, section, "smallest",
+                               "less than 0.1 %% of the balls is from %g m, the smallest, to %g m",
+                               least, is->diameter);
+    for (long k = 0; k < is->classes; k++) {
+        const double f = from + all * ((double)k + 0.5) / (double)is->classes;
+        size[k] = (struct size){one * pow(bond ? f : -log1p(-f), 1.0 / n), 1.0};
+    }
+    return is->classes;
 }
 
-void mill_deck_setup_inside(struct mill_deck *deck)
+/* The classes of a table: sizes with their shares, or screens with what passes them */
+static long list_rows(struct mill_deck *deck, const char *section, const char *path,
+                      struct size *size)
 {
-    const char *told = "rotor"; /* equal blades are one section */
-    char text[32];
-    if (!deck->mill.drum || deck->setup.drum.rides != 0)
-        return;
-    const struct mill_body drum = mill_setup_drum_body(&deck->setup.drum);
-    for (int k = 0; k < deck->mill.parts; k++) {
-        const char *section = mill_deck_section_of(deck, k);
-        if (strcmp(section, told) == 0)
-            continue;
-        const double by = -beyond(&drum, deck->setup.surface[k].body);
-        if (!(by > TOUCHING * drum.radius))
-            continue;
-        told = section;
-        snprintf(text, sizeof text, " by %.2g mm", 1e3 * by);
-        mill_deck_wrong(&deck->text, told, NULL, MILL_DECK_LEAVES, text, 0.0);
+    struct mill_deck_rows rows = {.text = &deck->text,
+                                  .section = section,
+                                  .key = "sizes",
+                                  .path = path,
+                                  .form = "2 numbers 'd m': diameter in m, share of the mass",
+                                  .columns = 1u << 2,
+                                  .most = MILL_DECK_MOST_CLASSES};
+    bool good = mill_deck_files_read(&rows);
+    const double(*row)[MILL_DECK_COLUMNS] = rows.row.item, none[2] = {0.0, 0.0}, *last = none;
+    const bool screens = rows.row.count > 1 && row[0][1] == 0.0;
+    double all = 0.0;
+    long n = 0;
+    for (size_t k = 0; k < rows.row.count && good; last = row[k++]) {
+        const double d = row[k][0], share = row[k][1] - (screens ? last[1] : 0.0);
+        if (!(d > last[0] && d < 1.0 && share >= 0.0))
+            good = mill_deck_files_wrong(&rows, ((long *)rows.line.item)[k],
+                                         "diameters, in m, and what passes must ascend from 0");
+        size[n] = (struct size){screens ? sqrt(last[0] * d) : d, share};
+        n += share > 0.0;
+        all += share;
     }
+    if (good && !(fabs(all - 1.0) < 0.01 || fabs(all - 100.0) < 1.0))
+        good = mill_deck_wrong(
+            &deck->text, section, "sizes",
+            "the shares in '%s' add up to %g, not to 100 %%; what passes begins at 0", path, all);
+    free(rows.row.item);
+    free(rows.line.item);
+    return good ? n : 0;
+}
+
+/* Puts a section for each class of sizes in the place of the one that gives them all. */
+static bool split(struct mill_deck *deck, struct mill_deck_section *s)
+{
+    struct kind {
+        struct mill_deck_section section;
+        struct mill_deck_balls balls;
+        char title[MILL_NAME_LENGTH + 32];
+    } * made;
+    struct mill_deck_balls all = *(struct mill_deck_balls *)s->form;
+    struct mill_deck_section *last = s;
+    struct size size[MILL_DECK_MOST_CLASSES];
+    const char *name = mill_deck_name(s);
+    double number = 0.0, mass = 0.0, before = 0.0; /* number: for one m^3, times pi/6 */
+    if (all.classes == 0 && !mill_deck_files_find(&deck->text, s->title, "sizes", &all.sizes))
+        return false;
+    const long classes = all.classes > 0 ? list_law(deck, s->title, &all, size)
+                                         : list_rows(deck, s->title, all.sizes, size);
+    all.sizes = NULL;
+    for (long k = 0; k < classes; k++) {
+        char text[32]; /* four digits are the same on every computer */
+        snprintf(text, sizeof text, "%.4g", size[k].diameter);
+        size[k].diameter = strtod(text, NULL);
+        number += size[k].share / pow(size[k].diameter, 3);
+        mass += size[k].share;
+    }
+    for (long k = 0; k < classes; k++, last = last->next) {
+        const double share = size[k].share / mass, cube = pow(size[k].diameter, 3);
+        const double till = before + (double)all.count * size[k].share / cube / number;
+        if (!(made = mill_deck_keep(&deck->text, malloc(sizeof *made))))
+            return false;
+        *made = (struct kind){.section = *s, .balls = all};
+        snprintf(made->title, sizeof made->title, "balls.%s_%ld", name, k + 1);
+        if (strlen(name) > MILL_NAME_LENGTH - 4 || mill_deck_section(&deck->text, made->title))
+            return mill_deck_wrong(
+                &deck->text, s->title, "sizes",
+                "its classes are [balls.%s_1], ...: give one section another name", name);
+        made->section.title = made->title;
+        made->section.form = &made->balls;
+        made->section.next = last->next;
+        made->balls.diameter = size[k].diameter;
+        made->balls.count = lround(till) - lround(before);
+        made->balls.fill *= share;
+        made->balls.bulk_fill *= share;
+        made->balls.mass *= share;
+        last->next = &made->section;
+        before = till;
+    }
+    if (classes > 0 && strcmp(s->title, "balls") != 0)
+        *s = *s->next;
+    return classes > 0;
 }
 
 /* ---- the balls ---- */
@@ -254,12 +327,13 @@ static bool find_density(const struct mill_deck *deck, struct mill_deck_balls *b
 
 void mill_deck_balls_list(struct mill_deck *deck)
 {
-    const struct mill_deck_section *s = NULL;
+    struct mill_deck_section *s = NULL;
     struct mill_deck_mill *mill = &deck->mill;
     size_t most = 1;
     double volume = -1.0;
-    while ((s = mill_deck_next_balls(&deck->text, s)))
-        most++;
+    for (; (s = mill_deck_next_balls(&deck->text, s)); most++)
+        if (((struct mill_deck_balls *)s->form)->sizes && !split(deck, s))
+            return;
     struct mill_setup_balls *all = mill_deck_keep(&deck->text, calloc(most, sizeof *all));
     mill->balls = mill_deck_keep(&deck->text, calloc(most, sizeof *mill->balls));
     deck->setup.balls = all;
@@ -269,6 +343,9 @@ void mill_deck_balls_list(struct mill_deck *deck)
         if (!find_density(deck, balls) || !count_balls(deck, balls, &volume))
             return;
         mill->all += balls->count;
+        const double count = (double)balls->count, cube = pow(balls->diameter, 3);
+        mill->volume += count * MILL_PI / 6.0 * cube;
+        mill->mass += count * balls->density * MILL_PI / 6.0 * cube;
         all[deck->setup.species] = (struct mill_setup_balls){.name = mill_deck_name(s),
                                                              .diameter = balls->diameter,
                                                              .density = balls->density,
@@ -282,12 +359,8 @@ void mill_deck_balls_list(struct mill_deck *deck)
 void mill_deck_balls_powder(struct mill_deck *deck)
 {
     struct mill_deck_powder *powder = &deck->given.powder;
-    double mass = 0.0;
-    for (int k = 0; k < deck->setup.species; k++)
-        mass += (double)deck->mill.balls[k].count * deck->mill.balls[k].density * MILL_PI / 6.0 *
-                pow(deck->mill.balls[k].diameter, 3);
     if (powder->ball_to_powder > 0.0)
-        powder->mass = mass / powder->ball_to_powder;
+        powder->mass = deck->mill.mass / powder->ball_to_powder;
     mill_deck_files_find(&deck->text, "powder", "table", &powder->table);
     if (powder->mass > 0.0) {
         deck->observe.hard_by = powder->energy;
@@ -334,7 +407,6 @@ enum mill_status mill_deck_setup_world(const struct mill_deck *deck,
                                       "3, 6 or 9 numbers 'x y z [vx vy vz [wx wy wz]]' in SI units",
                                   .columns = 1u << 3 | 1u << 6 | 1u << 9,
                                   .most = (long)deck->mill.all,
-                                  .many = "more rows than the %ld balls of the deck",
                                   .alone = true};
     struct mill_setup setup = deck->setup;
     struct mill_fault fault = {.code = MILL_FAULT_NONE};

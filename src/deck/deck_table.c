@@ -32,9 +32,12 @@ HIDDEN(is_not_free, mill_deck, is->given.lining.form != MILL_LINING_HARMONICS)
 HIDDEN(is_not_read, mill_deck, is->given.lining.form != MILL_LINING_FILE)
 HIDDEN(no_drum, mill_deck, !is->mill.drum)
 /* The balls do not start at random, or the container does not move. */
-HIDDEN(starts_alike, mill_deck, is->given.start || !is->mill.carried)
+HIDDEN(starts_alike, mill_deck, is->given.start || is->mill.carrier < 0)
 HIDDEN(is_hard, mill_deck, !is->setup.soft.on)
 HIDDEN(is_single, mill_deck_body, is->copies < 2)
+HIDDEN(no_rosin, mill_deck_balls, !is->sizes || strcmp(is->sizes, "rosin_rammler") != 0)
+HIDDEN(no_law, mill_deck_balls, no_rosin(is) && (!is->sizes || strcmp(is->sizes, "bond") != 0))
+HIDDEN(is_table, mill_deck_balls, no_law(is) && is->sizes != NULL)
 
 /* ---- the keys; a row has two lines at most ---- */
 
@@ -96,22 +99,31 @@ static const struct mill_key output_key[] = {
 };
 
 #define SHARE .lo = 0, .above = true, .hi = 1
+#define BALLS(member) IN(mill_deck_balls, member)
+#define DIAMETER .unit = "m", .lo = LEAST_DIAMETER, .hi = MILL_KEY_LARGEST
+#define NO_LAW .hidden = no_law, .needs = "belongs to 'sizes = bond' or 'sizes = rosin_rammler': leave it out"
+#define NO_ROSIN .hidden = no_rosin, .needs = "belongs to 'sizes = rosin_rammler': leave it out"
 static const struct mill_key ball_key[] = {
-    {"count", "number of balls", .type = MILL_KEY_WHOLE, .lo = 1, .hi = MILL_DECK_MOST_BALLS,
-     IN(mill_deck_balls, count)},
+    {"count", "number of balls", .type = MILL_KEY_WHOLE, .lo = 1, .hi = MILL_DECK_MOST_BALLS, BALLS(count)},
     {"fill", "volume of the balls divided by that of the container; gives their number",
-     .instead = "count", .unit = "1", SHARE, IN(mill_deck_balls, fill)},
+     .instead = "count", .unit = "1", SHARE, BALLS(fill)},
     {"bulk_fill", "share of the free volume that the balls fill with the voids between them, "
      "of which 60 % is solid; gives their number", .instead = "count", .unit = "1", SHARE,
-     IN(mill_deck_balls, bulk_fill)},
+     BALLS(bulk_fill)},
     {"mass", "total mass of the balls of this kind; gives their number", .instead = "count",
-     .unit = "kg", POSITIVE, IN(mill_deck_balls, mass)},
-    {"diameter", "diameter of a ball", .unit = "m", .lo = LEAST_DIAMETER, .hi = MILL_KEY_LARGEST,
-     IN(mill_deck_balls, diameter)},
-    {"material", "material of the balls: gives density and contacts that are not given", TEXT,
-     IN(mill_deck_balls, material)},
+     .unit = "kg", POSITIVE, BALLS(mass)},
+    {"sizes", "equal, a distribution of the mass, or a file with a row 'd m' for each size: diameter [m], share of the mass",
+     .type = MILL_KEY_FILE, .derived = true, .words = "equal", .known = "bond|rosin_rammler", BALLS(sizes)},
+    {"diameter", "diameter of a ball; of a distribution: of the largest", DIAMETER, BALLS(diameter), .hidden = is_table,
+     .needs = "the table of 'sizes' gives the diameters: leave it out"},
+    {"smallest", "diameter of the smallest ball of the distribution", DIAMETER, .derived = true, BALLS(smallest), NO_LAW},
+    {"classes", "number of classes of equal mass that stand for the distribution", .type = MILL_KEY_WHOLE, .lo = 1,
+     .hi = MILL_DECK_MOST_CLASSES, .preset = "4", BALLS(classes), NO_LAW},
+    {"d63", "size than which 63.2 % of the mass is finer, 1 - exp(-(d/d63)^n)", DIAMETER, BALLS(d63), NO_ROSIN},
+    {"uniformity", "exponent n of this distribution", .lo = 0.1, .hi = 100, BALLS(uniformity), NO_ROSIN},
+    {"material", "material of the balls: gives density and contacts that are not given", TEXT, BALLS(material)},
     {"density", "density of the balls' material", .unit = "kg/m^3", .lo = LEAST_DENSITY,
-     .hi = MILL_KEY_LARGEST, .unless = "material", IN(mill_deck_balls, density)},
+     .hi = MILL_KEY_LARGEST, .unless = "material", BALLS(density)},
     {.name = NULL},
 };
 
@@ -177,8 +189,11 @@ static const struct mill_key drum_key[] = {
     {.name = NULL},
 };
 
+#define CRITICAL "speed", "share of the critical speed of the container that it turns", .unit = "critical", ANY
+static const struct mill_key rotor_share = {CRITICAL, DECK(given.share)};
 static const struct mill_key rotor_key[] = {
-    {"speed", "constant speed of the rotor, positive about +x", .unit = "rad/s", ANY, DECK(given.rotor.speed)},
+    {"speed", "constant speed of the rotor, positive about +x", .unit = "rad/s", ANY, DECK(given.rotor.speed),
+     .also = &rotor_share},
     {"tip_speed", "speed of the point of blades and bodies on the rotor that is farthest from its "
      "axis; gives the speed of the rotor", .instead = "speed", .unit = "m/s", ANY, DECK(given.tip_speed)},
     {"shaft_radius", "radius of the shaft; 0 m: none", .unit = "m", NOT_NEGATIVE,
@@ -213,8 +228,7 @@ static const struct mill_key blade_key[] = {
 static const struct mill_key blade_form_key[] = {
     {"tip_radius", "reach of a blade from the axis", MILL_SOLID_SIZE, BLADE(tip_radius)},
     {"width", "width of a blade along the axis, before pitching", MILL_SOLID_SIZE, BLADE(width)},
-    {"thickness", "thickness of a blade around the axis, before pitching", MILL_SOLID_SIZE,
-     BLADE(thickness)},
+    {"thickness", "thickness of a blade around the axis, before pitching", MILL_SOLID_SIZE, BLADE(thickness)},
     {"pitch", "turn of a blade about its radial mid-line", .unit = "rad", ANY, .preset = "0 deg", BLADE(pitch)},
     {.name = NULL},
 };
@@ -254,10 +268,11 @@ static const struct mill_key motion_key[] = {
     {.name = NULL},
 };
 
+static const struct mill_key turn_share = {CRITICAL, MOTION(share)};
 static const struct mill_key turn_key[] = {
     {"centre", "a point of the axis", PLACE, .preset = "0 0 0 m", MOTION(as.turn.centre)},
     {"axis", "direction of the axis", DIRECTION, MOTION(as.turn.axis)},
-    {"speed", "constant speed, by the right-hand rule", .unit = "rad/s", ANY, MOTION(as.turn.speed)},
+    {"speed", "constant speed, by the right-hand rule", .unit = "rad/s", ANY, MOTION(as.turn.speed), .also = &turn_share},
     {"angle", "angle at t = 0", .unit = "rad", ANY, .preset = "0 deg", MOTION(as.turn.angle)},
     {.name = NULL},
 };
@@ -425,8 +440,7 @@ const struct mill_deck_block mill_deck_table[] = {
     {OF_BODY, .key = copies_key},
     {"contact", .key = law_key, VALUES(general)},
     {"contact", .key = floor_key},
-    {"contact", .named = true, .inherits = true, .key = law_key, VALUES(general),
-     .size = sizeof(struct mill_deck_law)},
+    {"contact", .named = true, .inherits = true, .key = law_key, VALUES(general), .size = sizeof(struct mill_deck_law)},
     {OF_MATERIAL, .key = material_key},
     {OF_MATERIAL, .key = law_key},
     {"powder", .optional = true, .key = powder_key, VALUES(powder)},

@@ -36,6 +36,7 @@ static const struct quantity {
     {"rad", "three angles in one unit", "90 0 0 deg", true},
     {"", "three numbers, not all of them 0,", "0 0 1", true},
     {"1", "a share", "1 %", false},
+    {"critical", "a share of the critical speed", "70 % critical", false},
     {NULL, "a plain number", "0.8", false},
 };
 
@@ -299,9 +300,17 @@ static bool read_word(const struct mill_key *key, const char *text, void *out,
     return true;
 }
 
+/* The key, or the one that it has for a value in another unit */
+static const struct mill_key *key_for(const struct mill_key *key, const char *text)
+{
+    const size_t size = strlen(text), unit = key->also ? strlen(key->also->unit) : size;
+    return unit < size && strcmp(text + size - unit, key->also->unit) == 0 ? key->also : key;
+}
+
 bool mill_deck_value_read(struct mill_units **units, const struct mill_key *key, const char *text,
                           void *form, struct mill_error *why)
 {
+    key = key_for(key, text);
     void *out = (char *)form + key->offset;
     if (key->type == MILL_KEY_VECTOR)
         return read_numbers(units, key, text, 3, out, why);
@@ -370,7 +379,7 @@ static bool tell(const struct mill_deck_text *text, FILE *out)
     /* the section's kind of motion or shape is not known: use the first kind that
      * accepts the value */
     for (int n = 0; !good && (row = mill_deck_table_key(section->title, entry->key, n)); n++) {
-        key = *row;
+        key = *key_for(row, entry->value);
         key.offset = 0;
         key.factor = 0.0; /* the value itself, not that of the key that it stands for */
         good = mill_deck_value_read(&text->reading->units, &key, entry->value, &value, &why);

@@ -65,6 +65,8 @@ const struct mill_units_row mill_units_usual_rows[] = {
     {"J m/kg", "J m/kg", 1.0},
     {"1", "1", 1.0},
     {"%", "1", 1e-2},
+    {"critical", "critical", 1.0},
+    {"% critical", "critical", 1e-2},
     {NULL, NULL, 0.0},
 };
 

@@ -81,6 +81,11 @@ def test_whole_numbers_of_a_logarithmic_range_are_even_in_the_logarithm():
     assert [found.at(share) for share in (0.0, 0.5, 0.999999)] == [10, 100, 1000]
 
 
+def test_a_share_of_the_critical_speed_is_varied_in_its_own_unit():
+    found = parse("motion.roll.speed", "60..90 % critical step 10 % critical")
+    assert (found.values, found.unit, found.written) == ((0.6, 0.7, 0.8, 0.9), "critical", "% critical")
+
+
 def test_a_range_survives_the_tables_metadata():
     for key, text in (("rotor.speed", "1..9 rpm"), ("drum.profile", "circle, wavy"), ("balls.count", "1..4")):
         found = parse(key, text)
@@ -94,6 +99,8 @@ def test_a_range_survives_the_tables_metadata():
         ("rotor.speed", "600,,800 rpm", "got '600,,800 rpm'"),
         ("rotor.speed", "600, 600 rpm", "expected different values, got '600 rpm' twice"),
         ("rotor.speed", "60 rpm, 1 Hz", "an angular speed"),
+        ("rotor.speed", "60 rpm, 70 % critical", "expected all values in one kind of unit, got critical and rad/s"),
+        ("rotor.speed", "1..2 rpm step 1 % critical", "got critical and rad/s"),
         ("rotor.speed", "0..1000", "expected an angular speed with its unit such as '1000 rpm', got '0'"),
         ("rotor.speed", "1000..600 rpm", "expected a range from low to high, got '1000..600 rpm'"),
         ("rotor.speed", "0..600 rpm log", "expected a range above 0 for 'log', got '0..600 rpm log'"),

@@ -34,6 +34,15 @@ test('sliders take bounds, units and meanings from the keys, and go around the v
   assert.equal(found[2].set('[balls]\ndiameter = 5 mm # small\n', 6.5), '[balls]\ndiameter = 6.5 mm # small\n');
 });
 
+test('a share of the critical speed stays one, and classes of sizes have no sliders', () => {
+  const deck = '[motion.roll]\nkind = turn\nspeed = -70 % critical # fast\n[balls]\nsizes = bond\ndiameter = 9 mm\n';
+  const keys = [['motion.roll', 'speed', '-5.6 rad/s', 'rad/s'], ['balls.balls_1', 'diameter', '0.007 m', 'm']]
+    .map(([section, key, value, unit]) => ({ section, key, value, unit, type: 'number', lo: -1e9, hi: 1e9, above: 0, words: '', meaning: '', instead: '' }));
+  const [roll, ...others] = MillControls.choose(deck, keys);
+  assert.deepEqual([roll.label, roll.unit, roll.value, roll.from, roll.to, others], ['Speed of roll', '% critical', -70, -140, -7, []]);
+  assert.match(roll.set(deck, -80), /speed = -80 % critical # fast/);
+});
+
 test('the ratio of a jar is kept when the speed of its disk is changed', () => {
   const deck = input('planetary'), [sun, jar] = choose(deck), speeds = (text) => text.match(/speed = \S+/g);
   assert.deepEqual([sun.label, jar.label, jar.value], ['Speed of sun', 'Speed ratio jar : sun', -2]);

@@ -42,8 +42,9 @@ const MillControls = (() => {
   const shown = (text, key) => D.get(text, key.section, key.key) ?? key.value;
 
   function control(key, label, range, text, others) {
-    const given = D.get(text, key.section, key.key), unit = D.unit(key.unit, given);
-    const own = given === undefined ? null : D.measured(given), whole = key.type === 'whole';
+    const given = D.get(text, key.section, key.key), own = given === undefined ? null : D.measured(given), whole = key.type === 'whole';
+    const share = own?.unit.endsWith('critical') && own.numbers[0]; // of a speed that only the engine knows
+    const unit = share ? { name: own.unit, size: numberOf(key.value) / share } : D.unit(key.unit, given);
     const exact = own?.numbers.length && own.unit === unit.name; // the deck's own digits
     const value = exact ? numberOf(given) : numberOf(key.value || '') / unit.size;
     if (!Number.isFinite(value)) return null;
@@ -85,8 +86,10 @@ const MillControls = (() => {
     const known = new Map(keys.map((key) => [`${key.section}.${key.key}`, key])), found = [];
     const carrier = (key) => known.get(`motion.${known.get(`${key.section}.on`)?.value}.${key.key}`);
     const paired = (key) => key.section.startsWith('motion.') && key.key !== 'amplitude' && carrier(key)?.type === 'number';
+    const there = [...D.values(text).keys()]; // a class of sizes has a section of its own only in the engine
+    const ours = keys.filter((one) => !one.section.startsWith('balls.') || there.some((name) => name.startsWith(`${one.section}.`)));
     for (const [section, name, label, range] of RULES) {
-      for (const key of keys.filter((one) => one.key === name && section.test(one.section))) {
+      for (const key of ours.filter((one) => one.key === name && section.test(one.section))) {
         const words = key.section.replace(section, label);
         if (paired(key)) {
           found.push(ratio(key, carrier(key).section, carrier(key), text));

@@ -107,6 +107,14 @@ def unit_written(text: str) -> str:
     return next((one[2].strip() for one in found if one and one[2]), "")
 
 
+def _told(orders) -> list:
+    """The values, which are all of one kind: a share of the critical speed is not a speed."""
+    found = tell(orders)
+    if len(units := {value.unit for value in found}) > 1:
+        raise UserError(f"expected all values in one kind of unit, got {' and '.join(sorted(units))}")
+    return found
+
+
 def _list(key, text) -> Range:
     items = [item.strip() for item in text.split(",")]
     if not all(items):
@@ -115,7 +123,7 @@ def _list(key, text) -> Range:
     unit = numbers[-1].group(2) if numbers[-1] else ""
     # '600, 800, 1000 rpm': values without a unit get the unit of the last; '0 0 -9.81 m/s^2' is three numbers
     bare = [bool(number) and not number.group(2) and unit and not NUMBER.match(unit) for number in numbers]
-    found = tell(f"{key}={item} {unit}" if add else f"{key}={item}" for item, add in zip(items, bare))
+    found = _told(f"{key}={item} {unit}" if add else f"{key}={item}" for item, add in zip(items, bare))
     values = tuple(value.value for value in found)
     for k, value in enumerate(values):
         if value in values[:k]:
@@ -156,7 +164,7 @@ def _span(key, text) -> Range:
         raise UserError(f"{WANTED}, got both 'step' and 'in'")
     if step and log:
         raise UserError("expected 'in N log' for a logarithmic range, got 'step' and 'log'")
-    ends = tell(f"{key}={number} {u}".strip() for number, u in ((low, low_unit or unit), (high, unit)))
+    ends = _told(f"{key}={number} {u}".strip() for number, u in ((low, low_unit or unit), (high, unit)))
     about, first, last = ends[0], ends[0].value, ends[1].value
     if about.kind not in ("number", "whole"):
         raise UserError(f"expected a list of values, got the range '{text[:80]}'")
@@ -183,7 +191,7 @@ def _steps(key, low, high, step, ends, text):
     unit = high[1]
     if {low[1], step[1]} - {"", unit}:  # different units: convert all to SI
         unit = ends[0].unit if ends[0].unit != "1" else ""
-        told = tell([f"{key}={step[0]} {step[1] or high[1]}"])[0]
+        told = _told([f"{key}={high[0]} {high[1]}", f"{key}={step[0]} {step[1] or high[1]}"])[1]
         low, high, step = ((decimal.Decimal(value.text),) for value in (*ends, told))
     low, high, step = low[0], high[0], step[0]
     if step <= 0:
