@@ -41,6 +41,9 @@ static const struct row {
         {"export-start", 0, "FILE",
          "\n                       write the balls as they start to FILE, which balls.start reads\n"
          "                       back to the same bits; do not run"},
+    [MILL_CONTOUR] = {"contour", 0, NULL,
+                      "print the contours of drum and bodies, a row 'x y bulge' for\n"
+                      "                       each corner, as drum.file reads it; do not run"},
     [MILL_VALUE] =
         {"value", 0, "SECTION.KEY=VALUE",
          "\n                       print how millsim reads a value: key, kind, SI value, SI"
@@ -69,6 +72,8 @@ static const struct {
     {MILL_PROGRESS, "quiet check", "--quiet and --check show no progress"},
     {MILL_EXPORT_START, "output check resume json progress paranoid",
      "--export-start only writes the start and runs nothing"},
+    {MILL_CONTOUR, "output check resume json progress paranoid export-start digest value examples",
+     "--contour only prints and runs nothing"},
     {MILL_SOFT, "digest value examples paranoid", "soft spheres have time steps and no events"},
     {MILL_DIGEST, "check resume json progress export-start paranoid",
      "--digest runs nothing; another program has run the deck"},

@@ -18,6 +18,7 @@ enum mill_option {
     MILL_QUIET,
     MILL_PROGRESS,
     MILL_EXPORT_START,
+    MILL_CONTOUR,
     MILL_VALUE,
     MILL_DIGEST,
     MILL_EXAMPLES,

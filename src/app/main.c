@@ -252,9 +252,11 @@ static enum mill_status act(const struct mill_command *a, FILE *page, FILE *asid
         status = mill_error_set(error, MILL_BAD_DECK,
                                 "option '--paranoid' checks the events of hard spheres: omit it, "
                                 "or set run.spheres=hard");
-    if (status == MILL_OK && !check)
+    if (status == MILL_OK && !check && !a->given[MILL_CONTOUR])
         status = check_output(&order);
-    if (status == MILL_OK)
+    if (status == MILL_OK && a->given[MILL_CONTOUR])
+        mill_deck_lining_print(deck, page);
+    else if (status == MILL_OK)
         status = check || a->given[MILL_EXPORT_START] ? make_start(&order, aside)
                  : a->given[MILL_DIGEST]              ? mill_digest(&order)
                                                       : run(&order);

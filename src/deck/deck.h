@@ -221,6 +221,10 @@ enum mill_status mill_deck_setup_world(const struct mill_deck *deck,
 /* A hash of the tables and meshes that the deck names; 0: it names none */
 uint64_t mill_deck_files_digest(const struct mill_deck *deck);
 
+/* Prints the contours of drum and bodies: for each "# [section]", then a row "x y bulge" for each
+ * corner, which reads back to the same bits. */
+void mill_deck_lining_print(const struct mill_deck *deck, FILE *out);
+
 /* Prints the full deck, itself a deck. */
 void mill_deck_print(const struct mill_deck *deck, FILE *out);
 

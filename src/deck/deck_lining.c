@@ -228,3 +228,21 @@ void mill_deck_lining_make(struct mill_deck *deck)
     if (is->form == MILL_LINING_FILE)
         check_radius(deck, &body);
 }
+
+static void print(const char *section, const struct mill_corner *corner, size_t n, FILE *out)
+{
+    if (n > 0)
+        fprintf(out, "# [%s]\n", section);
+    for (size_t k = 0; k < n; k++)
+        fprintf(out, "%.17g %.17g %.17g\n", corner[k].x, corner[k].y, corner[k].bulge);
+}
+
+void mill_deck_lining_print(const struct mill_deck *deck, FILE *out)
+{
+    print("drum", deck->setup.drum.corner, deck->setup.drum.corners, out);
+    for (int k = 0; k < deck->setup.surfaces; k++) {
+        const struct mill_setup_surface *s = &deck->setup.surface[k];
+        if (s->number <= 0)
+            print(mill_deck_section_of(deck, k), s->body->corner, s->body->corners, out);
+    }
+}

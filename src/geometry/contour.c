@@ -241,7 +241,8 @@ static bool touch(const struct share *p, const struct share *q, struct order ord
         (order.follows && p->last && q->first) || (order.leads && q->last && p->first);
     if (x * x + y * y > near * near)
         return false;
-    if (p->bulge == 0.0 && q->bulge == 0.0) {
+    const bool line[2] = {fabs(p->bulge) * p->half <= least, fabs(q->bulge) * q->half <= least};
+    if (line[0] && line[1]) {
         const double a = side_of(&p->a, &p->b, &q->a), b = side_of(&p->a, &p->b, &q->b);
         const double along =
             (p->b.x - p->a.x) * (q->b.x - q->a.x) + (p->b.y - p->a.y) * (q->b.y - q->a.y);
@@ -249,10 +250,8 @@ static bool touch(const struct share *p, const struct share *q, struct order ord
             return a == 0.0 && b == 0.0 && along < 0.0;
         return a * b <= 0.0 && side_of(&q->a, &q->b, &p->a) * side_of(&q->a, &q->b, &p->b) <= 0.0;
     }
-    if (near < least)
-        return !meet;
     struct share part[2];
-    const bool first = p->bulge != 0.0 && (q->bulge == 0.0 || p->half >= q->half);
+    const bool first = !line[0] && (line[1] || p->half >= q->half);
     halve(first ? p : q, part);
     for (int k = 0; k < 2; k++)
         if (first ? touch(&part[k], q, order, least) : touch(p, &part[k], order, least))
