@@ -177,12 +177,35 @@ static void print_hard(const struct mill_summary *s)
                           mill_summary_text_mean(&r->hard_per_joule, "/J"));
 }
 
+/* Prints where the charge of a tumbling mill is; angles also as Morrell counts them. */
+static void print_charge(const struct mill_summary *s)
+{
+    const char *text[MILL_CHARGE_FLIGHT + 1];
+    double value[MILL_CHARGE_FLIGHT + 1];
+    for (int i = 0; i <= MILL_CHARGE_FLIGHT; i++) {
+        const double one = i == MILL_CHARGE_FLIGHT ? 1e-2 : MILL_PI / 180;
+        const double value = s->results->charge[i].value / one,
+                     error = s->results->charge[i].error / one;
+        const int digits = error < 0.1 ? 2 : 1;
+        value[i] = s->results->charge[i].value / one;
+        text[i] = isnan(error) ? mill_summary_text("%.1f", value[i])
+                               : mill_summary_text("%.*f +- %.*f", digits, value[i], digits, error);
+    }
+    if (!s->results->tally->charge.world)
+        return;
+    mill_summary_line(s->out, "charge", "toe %s deg, shoulder %s deg from 6 o'clock\n", text[0],
+                      text[1]);
+    mill_summary_line(s->out, "", "(Morrell: %.0f, %.0f), repose %s deg, %s %% in flight\n",
+                      fmod(value[0] + 630, 360), fmod(value[1] + 630, 360), text[2], text[3]);
+}
+
 static void print_means(const struct mill_summary *s)
 {
     const struct mill_tally_results *r = s->results;
     const struct mill_precision_known *known = &r->at.known;
     if (s->world->period < (double)INFINITY)
         print_drive(s);
+    print_charge(s);
     print_hard(s);
     mill_summary_line(s->out, "median v_n", "%s above %s, %s of all\n",
                       mill_summary_text_mean(&known->median_fast, "m/s"),

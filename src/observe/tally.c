@@ -77,8 +77,11 @@ static bool end_batch(struct mill_tally *t, const struct mill_account *account)
         t->before[i] = now;
     }
     mill_precision_close(&t->batches, count, account);
-    if (t->batches.at.batches % t->blocks.length == 0)
+    if (t->batches.at.batches % t->blocks.length == 0) {
+        const uint64_t blocks = t->blocks.blocks + 1;
         mill_energies_blocks_close(&t->blocks, gathered->pair, t->batches.at.period);
+        mill_charge_join(&t->charge, blocks, t->blocks.blocks);
+    }
     if (t->batches.at.batches % t->at.length != 0)
         return true;
     if (t->search && !make_portion(t, t->at.portions))
@@ -167,6 +170,8 @@ static enum mill_status on_impact(struct mill_observer *observer, const struct m
         }
         status = count_strike(tally, impact, normal, tangential, error);
     }
+    mill_charge_impact(&tally->charge, tally->blocks.blocks, tally->at.open && !tally->at.closed,
+                       impact);
     tally->at.collisions += !impact->lasting;
     if (tally->at.collisions < tally->collisions || status != MILL_OK)
         return status;
@@ -215,6 +220,8 @@ static enum mill_status on_sample(struct mill_observer *observer, const struct m
     if (snapshots > 0) {
         const struct mill_energy energy = mill_world_energy(world, t);
         mill_maps_sample(&tally->plan.maps, tally->gathered.flow, world, t, snapshots);
+        mill_charge_sample(&tally->charge, tally->blocks.blocks, t, at->snapshots,
+                           at->snapshots + snapshots);
         tally->gathered.counts->samples += snapshots;
         tally->gathered.counts->kinetic += snapshots * energy.kinetic;
         tally->gathered.counts->rotational += snapshots * energy.rotational;
@@ -277,6 +284,9 @@ static void tell_state(struct mill_observer *observer, struct mill_state *state)
     }
     const size_t n = (size_t)batches->at.batches;
     mill_energies_blocks_state(&t->blocks, state);
+    mill_sums_state(&t->charge.blocks, "blocks", state);
+    if (t->charge.world)
+        mill_state_field(state, "met", MILL_FIELD_F64, (size_t)t->world->balls, t->charge.met);
     mill_state_structs(state, "before", sizeof *t->before, MILL_SPECTRUM_SLOTS, t->before);
     mill_state_structs(state, "accounts", sizeof *batches->accounts, n + 1, batches->accounts);
     mill_state_field(state, "batch_counts", MILL_FIELD_I32, n * MILL_SPECTRUM_SLOTS,
@@ -304,6 +314,8 @@ static void free_tally(struct mill_observer *observer)
     mill_gathered_free_plan(&tally->plan);
     mill_energies_blocks_free(&tally->blocks);
     mill_strikes_free(&tally->pairs);
+    mill_sums_free(&tally->charge.blocks);
+    free(tally->charge.met);
     mill_precision_free(&tally->batches);
 }
 
@@ -328,7 +340,8 @@ static enum mill_status create(struct mill_observer *observer, const struct mill
     tally->at.length = 1;
     if (!mill_gathered_plan(&tally->plan, world) ||
         !mill_gathered_make(&tally->gathered, &tally->plan, tally->plan.kinds) ||
-        !mill_energies_blocks_init(&tally->blocks, tally->plan.energies.pairs))
+        !mill_energies_blocks_init(&tally->blocks, tally->plan.energies.pairs) ||
+        !mill_charge_init(&tally->charge, world, tally->interval))
         return mill_error_set(error, MILL_FAILED, "out of memory for maps, spectra and energies");
     if (!mill_strikes_init(&tally->pairs, window) ||
         !mill_precision_init(&tally->batches, tally->begin, world, &tally->grid))

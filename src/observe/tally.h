@@ -3,6 +3,7 @@
 #ifndef MILL_TALLY_H
 #define MILL_TALLY_H
 
+#include "observe/charge.h"
 #include "observe/gathered.h"
 #include "observe/observe.h"
 #include "observe/strikes.h"
@@ -42,6 +43,7 @@ struct mill_tally {
     struct mill_gathered gathered; /* since the end of the last portion */
     struct mill_energies_blocks blocks;
     struct mill_strikes pairs;
+    struct mill_charge charge;
     /* ---- accuracy of the results, and what can end the run before its time ---- */
     uint64_t collisions; /* run.max_collisions; UINT64_MAX: not used */
     bool search;         /* the start of the window is to be found */
@@ -124,6 +126,8 @@ struct mill_tally_results {
     /* Why there are no errors: only one start, or fewer than their scatter needs, or a drift */
     enum mill_tally_doubt doubt;
     struct mill_energies_hard is_hard;
+    struct mill_spread_mean charge[MILL_CHARGE_NUMBERS]; /* if the mill tumbles */
+    struct mill_charge_sum charge_sum;
     /* hard impacts: [1/s], and [1/J] of work of the drive; NaN: no drive does work */
     struct mill_spread_mean hard, hard_per_joule;
     /* account at the start of the window's last tenth, rounded to a batch */

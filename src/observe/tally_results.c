@@ -167,6 +167,18 @@ static void add_starts(struct mill_tally_results *r)
     }
 }
 
+/* The numbers of the charge; a block may begin a little later than the window. */
+static void sum_charge(struct mill_tally_results *r)
+{
+    const struct mill_tally *t = r->tally;
+    const struct mill_charge *charge[MILL_PRECISION_STARTS];
+    for (int s = 0; s < t->starts; s++)
+        charge[s] = &t->start[s]->charge;
+    if (t->charge.world)
+        mill_charge_results(charge, t->starts, mill_energies_blocks_first(&t->blocks, r->from),
+                            t->blocks.blocks + 1, &r->charge_sum, r->charge);
+}
+
 /* Without an error a number says how it is not known; with a wrong one it misleads. */
 static void doubt(struct mill_tally_results *r)
 {
@@ -180,7 +192,10 @@ static void doubt(struct mill_tally_results *r)
                : moves && starts < MILL_SPREAD_SEVERAL ? MILL_TALLY_FEW_STARTS
                : r->at.known.drifts                    ? MILL_TALLY_DRIFTS
                                                        : MILL_TALLY_KNOWN;
-    if (r->doubt == MILL_TALLY_KNOWN && r->at.open)
+    const bool known = r->doubt == MILL_TALLY_KNOWN && r->at.open;
+    for (int i = 0; i < MILL_CHARGE_NUMBERS && !(known && r->at.known.drive.freedom > 0); i++)
+        r->charge[i] = (struct mill_spread_mean){r->charge[i].value, NAN, 0};
+    if (known)
         return;
     r->hard = (struct mill_spread_mean){r->hard.value, NAN, 0};
     r->hard_per_joule = (struct mill_spread_mean){r->hard_per_joule.value, NAN, 0};
@@ -217,6 +232,7 @@ enum mill_status mill_tally_results_make(const struct mill_tally *tally,
     set_rows(r, r->sums.strikes, r->strikes);
     sum_account(r);
     sum_hard(r);
+    sum_charge(r);
     doubt(r);
     r->reached = tally->asked.precision > 0 && r->at.settled &&
                  mill_precision_reached(&r->at.known, tally->asked.precision);

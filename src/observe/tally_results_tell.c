@@ -234,6 +234,50 @@ static void tell_precision(struct mill_sink *sink, const struct mill_tally_resul
     sink->close(sink);
 }
 
+/* Writes the charge of a mill that tumbles. */
+static void tell_charge(struct mill_sink *sink, const struct mill_tally_results *r)
+{
+    sink->open(sink, "charge");
+    for (int i = 0; i < MILL_CHARGE_NUMBERS; i++)
+        tell_means(sink, mill_charge_words[i][0], &r->charge[i], 1, mill_charge_words[i][1],
+                   mill_charge_words[i][2]);
+    mill_tell_number(sink, "layer", r->tally->charge.inner, "m",
+                     "from here on, from the axis, balls are in the layer at the wall");
+    mill_tell_array(sink, "occupancy", MILL_CHARGE_ANGLES, r->charge_sum.layer, "kg",
+                    "mass in this layer, of all samples, in bins of 2 degrees from -180 degrees "
+                    "on");
+    sink->close(sink);
+}
+
+/* Writes the numbers of the first start's charge over time, of whole periods. */
+static void tell_charge_series(struct mill_sink *sink, const struct mill_tally *t)
+{
+    const uint64_t length = t->blocks.length, period = t->batches.at.period;
+    const uint64_t many = period > length ? period / length : 1;
+    const size_t rows = t->blocks.blocks / many;
+    double value[MILL_CHARGE_NUMBERS][MILL_ENERGIES_BLOCKS], time[MILL_ENERGIES_BLOCKS];
+    uint64_t step[MILL_ENERGIES_BLOCKS];
+    for (size_t k = 0; k < rows; k++) {
+        struct mill_charge_sum sum = {0};
+        double now[MILL_CHARGE_NUMBERS];
+        mill_charge_estimate(&t->charge, k * many, (k + 1) * many, &sum, now);
+        for (int i = 0; i < MILL_CHARGE_NUMBERS; i++)
+            value[i][k] = now[i];
+        step[k] = (k + 1) * many * length;
+        time[k] = t->batches.origin + (double)step[k] * t->batches.at.batch;
+    }
+    sink->open(sink, "observables/charge"); /* two groups */
+    for (int i = 0; i < MILL_CHARGE_NUMBERS; i++) {
+        sink->open(sink, mill_charge_words[i][0]);
+        sink->values(sink, "step", MILL_H5_U64, 1, &rows, step, "1", "batches since the first");
+        mill_tell_array(sink, "time", rows, time, "s", "end of the time that the value is of");
+        mill_tell_array(sink, "value", rows, value[i], mill_charge_words[i][1], "");
+        sink->close(sink);
+    }
+    sink->close(sink);
+    sink->close(sink);
+}
+
 /* ---- the starts ---- */
 
 static void tell_each(struct mill_sink *sink, const struct mill_tally_results *r, const char *name,
@@ -351,6 +395,10 @@ void mill_tally_results_tell(const struct mill_tally_results *r, struct mill_sin
     }
     tell_motions(sink, r);
     tell_precision(sink, r);
+    if (r->tally->charge.world)
+        tell_charge(sink, r);
     sink->close(sink);
+    if (r->tally->charge.world && sink->full)
+        tell_charge_series(sink, r->tally);
     tell_starts(sink, r);
 }

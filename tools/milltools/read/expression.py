@@ -42,6 +42,10 @@ NAMES = {
     "hard_rate": ("dose/hard_impacts", "rate of hard impacts"),
     "wear_depth": ("wear/KIND/depth", "depth of sliding wear"),
     "erosion": ("wear/KIND/erosion", "mass that erosion removes"),
+    "toe": ("charge/toe/value", "toe of the charge"),
+    "shoulder": ("charge/shoulder/value", "shoulder of the charge"),
+    "repose": ("charge/repose/value", "dynamic angle of repose"),
+    "in_flight": ("charge/in_flight/value", "share of balls in flight"),
 }
 OTHERS = {"drive/power": "rotor/power"}  # of a run without the first
 WORDS = {path: words for path, words in NAMES.values() if path} | {
@@ -51,7 +55,8 @@ WORDS = {path: words for path, words in NAMES.values() if path} | {
     "drive/power": "drive power",
 }
 SHOWN = "power, torque, mass, rate(KIND), rate_above(1 mJ, KIND), rate_above(1 m/s, KIND), median_speed(KIND), " \
-    "dissipation(KIND), dose_rate, hard_rate, wear_depth(KIND), erosion(KIND), or a path below /statistics such as " \
+    "dissipation(KIND), dose_rate, hard_rate, wear_depth(KIND), erosion(KIND), toe, shoulder, repose, in_flight (of a tumbling " \
+    "mill), or a path below /statistics such as " \
     "impacts/all/rate"  # fmt: skip
 
 # ---- units: (size in SI, exponents of kg, m, s, K, rad)

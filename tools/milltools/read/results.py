@@ -59,6 +59,7 @@ class Results:
                         note(item, f"{path}/")
                 elif item.shape in ((), (1,)) and item.dtype.kind in "fiu":
                     told = path in PRECISION or RATE.fullmatch(path) or f"{name}_error" in group
+                    told = told or prefix.startswith("charge/")
                     error = run.standard_error(path) if told else math.nan
                     unit = item.attrs.get("unit", "")
                     own = scalars.setdefault(unit.decode() if isinstance(unit, bytes) else str(unit), {})

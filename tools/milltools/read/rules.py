@@ -171,6 +171,8 @@ RULES = [
         (r"statistics/strike_window", NUMBER, (), _not_negative),
         (r"statistics/precision/fast_rate/.*", NUMBER, (None,), None),
         (r"statistics/precision/.*", NUMBER, (), None),  # an exact value has infinitely many degrees of freedom
+        (r"statistics/charge/occupancy", NUMBER, (None,), _not_negative),
+        (r"statistics/charge/.*", NUMBER, (), None),  # as precision; NaN where the charge has no such place
         (r"statistics/impacts/.*/(count|rate)", NUMBER, (), _not_negative),
         (r"statistics/.*", NUMBER, (), _no_infinity),
     )

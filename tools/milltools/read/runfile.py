@@ -428,6 +428,7 @@ class Run(Store):
         paths = (path.split("/")[1:] for path in self.paths("observables"))
         found = {"/".join(parts[:-1]) for parts in paths if parts[-1] == "value" and parts[0] != "pose"}
         empty = self.absent
+        found -= {f"charge/{name}" for name in self.charge}  # at times of its own
         if not self.has_rotor and (self.as_deck.bodies or self.as_deck.named("motion")):
             empty |= {"rotor_work", "rotor_torque"}
         shown = (name for name in found if name.split("/")[-1] not in empty)
@@ -543,7 +544,8 @@ class Run(Store):
         interval. NaN if the file does not contain it."""
         rate = RATE.fullmatch(path)
         name = f"rate/{rate[1]}" if rate else PRECISION.get(path)
-        for place in ([f"precision/{name}/standard_error"] if name else []) + [f"{path}_error"]:
+        places = [f"precision/{name}/standard_error"] if name else []
+        for place in (*places, f"{path}_error", f"{path.removesuffix('value')}standard_error"):
             if self.has(f"statistics/{place}"):
                 return float(self.statistic(place))
         return float("nan")
@@ -566,6 +568,14 @@ class Run(Store):
         # files of old versions do not say how many degrees of freedom
         old = not self.has(f"statistics/{place}/degrees_of_freedom")
         return part("value"), part("standard_error"), math.inf if old else part("degrees_of_freedom")
+
+    @functools.cached_property
+    def charge(self) -> dict[str, tuple[float, float]]:
+        """What is known of the charge of a tumbling mill (docs/tumbling.md): name -> (value, standard error), angles in
+        rad, places in m; empty for another mill, and for a file of an old version."""
+        names = [name for name in self.names("statistics/charge") if self.has(f"statistics/charge/{name}/value")]
+        paths = {name: f"charge/{name}/value" for name in names}
+        return {name: (float(self.statistic(path)), self.standard_error(path)) for name, path in paths.items()}
 
     def histogram(
         self, row: str, group: str = "impacts", speed: str = "normal_speed", species: Any = None
