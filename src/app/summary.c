@@ -183,13 +183,12 @@ static void print_charge(const struct mill_summary *s)
     const char *text[MILL_CHARGE_FLIGHT + 1];
     double value[MILL_CHARGE_FLIGHT + 1];
     for (int i = 0; i <= MILL_CHARGE_FLIGHT; i++) {
-        const double one = i == MILL_CHARGE_FLIGHT ? 1e-2 : MILL_PI / 180;
-        const double value = s->results->charge[i].value / one,
-                     error = s->results->charge[i].error / one;
-        const int digits = error < 0.1 ? 2 : 1;
-        value[i] = s->results->charge[i].value / one;
+        const double times = i == MILL_CHARGE_FLIGHT ? 100 : 180 / MILL_PI;
+        const double error = times * s->results->charge[i].error;
+        value[i] = times * s->results->charge[i].value;
         text[i] = isnan(error) ? mill_summary_text("%.1f", value[i])
-                               : mill_summary_text("%.*f +- %.*f", digits, value[i], digits, error);
+                               : mill_summary_text("%.*f +- %.*f", error < 0.1 ? 2 : 1, value[i],
+                                                   error < 0.1 ? 2 : 1, error);
     }
     if (!s->results->tally->charge.world)
         return;
