@@ -74,7 +74,7 @@ def series(run: Run) -> xr.Dataset:
     time = run.read("observables/kinetic_energy/time")
     coords = {"time": coordinate("time", time, "s", "simulated time")}
     members = {"kind": run.kinds, "motion": run.motions}
-    found = {}
+    found, charges = {}, {}
     for name in run.names("observables"):
         if name.startswith("frame_") or (name in ("rotor_work", "rotor_torque") and not run.has_rotor):
             continue  # or at the times of the frames
@@ -93,10 +93,14 @@ def series(run: Run) -> xr.Dataset:
             coords["threshold"] = coordinate("threshold", speeds, "m s-1", "smallest normal speed")
         found[name] = variable(run, dims, *paths, stacked=True, long_name=words(name))
         found[name].attrs["description"] = found[name].attrs["description"].replace("this", "a")
+    for name in run.charge:
+        path = f"observables/charge/{name}"
+        coords["turn"] = coordinate("turn", run.read(f"{path}/time"), "s", "end of the time that a value is of")
+        charges[f"charge_{name}"] = variable(run, ["turn"], f"{path}/value", long_name=words(name))
     for name, one in found.items():
         if one.shape[0] != len(time):
             raise InputError(f"{run.path}: /observables/{name}: {one.shape[0]} values, {len(time)} times")
-    return xr.Dataset(found, coords)
+    return xr.Dataset(found | charges, coords)
 
 
 def words(name: str) -> str:

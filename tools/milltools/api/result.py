@@ -198,6 +198,21 @@ class Result:
         units = {"value": "as in unit", "error": "as in unit", "degrees_of_freedom": "1", "unit": ""}
         return _table(list(found.values()), units, list(found), "name")
 
+    @property
+    def charge(self) -> pandas.DataFrame:
+        """The charge of a tumbling mill (docs/tumbling.md): one row for toe, shoulder, repose [rad], in_flight [1], and
+        mass_across, mass_up, circulation_across, circulation_up [m]; columns value, error and unit. Without rows for
+        another mill. `series` has them over time, of the first start, as charge_toe, ... (turn)."""
+        run = self.file
+        run.need_statistics()
+        found = {
+            name: (*known, run.attribute(f"statistics/charge/{name}/value", "unit"))
+            for name, known in run.charge.items()
+        }
+        return _table(
+            list(found.values()), {"value": "as in unit", "error": "as in unit", "unit": ""}, list(found), "name"
+        )
+
     def spectrum(
         self, kind: str = "all", *, group: str = "impacts", speed: str = "normal_speed", species: Species = None
     ) -> pandas.DataFrame:

@@ -189,6 +189,13 @@ def scaled(value: float, unit: str) -> Number:
     return Number(f"{value / one:.{decimals}f}{tail}", value)
 
 
+def degrees(angle: float, error: float = math.nan) -> Number:
+    """An angle [rad], with its error if it is known: "146.4 ± 3.3°"; a dash for NaN."""
+    value, digits = math.degrees(angle), 2 if math.degrees(error) < 0.1 else 1
+    more = f" \N{PLUS-MINUS SIGN}{SPACE}{math.degrees(error):.{digits}f}" if math.isfinite(error) else ""
+    return Number(MISSING if math.isnan(value) else f"{value:.{digits}f}{more}°", float(value))
+
+
 def brief(value: float, error: float, unit: str) -> Number:
     """With few digits: "862 ± 9 W". The error has one digit, or two if the first one is 1 or 2; without an error the
     value has three digits."""

@@ -36,6 +36,7 @@ def render(sides, tables, watch, rerun: str) -> str:
             with watch.step("pictures"):
                 shown.append((name, title, words, svg(figure, f"compared-{name}")))
         figures = parts.sections(draw_all(watch))
+    left_out = {*parts.OPTIONAL, *(() if players else ("balls",))} - {one["anchor"] for one in figures}
     findings = [(finding.title(table), finding.sentences(table)) for table in tables]
     one = len(findings) == 1
     warnings = rows.warnings(sides)
@@ -43,7 +44,7 @@ def render(sides, tables, watch, rerun: str) -> str:
         HERE,
         title=findings[0][0] if one else f"{plural(len(tables), 'run')} against {plain(sides[0].name)}",
         kicker=plain(_kicker(sides)),
-        contents=[entry for entry in CONTENTS if players or entry[0] != "balls"],
+        contents=[(anchor, name) for anchor, name in CONTENTS if anchor not in left_out],
         findings=[("" if one else title, words) for title, words in findings],
         sides=sides,
         differ=rows.deck_differences(sides),

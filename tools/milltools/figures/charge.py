@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.collections import EllipseCollection
 from matplotlib.patches import Polygon
 
-from milltools.base.text import MINUS, number
+from milltools.base.text import degrees, number
 from milltools.figures import outlines
 from milltools.figures.base import WIDTH, Figure, labels, sampled, subtitle
 from milltools.figures.style import INK, SMALL, SPEEDS, colour_bar, millimetres, rounded_up
@@ -66,20 +66,14 @@ class View:
         return throw.throw(self.radius, self.speed, largest, height, 0.0, friction, self.gravity)
 
 
-def angle_words(angle: float, error: float = math.nan) -> str:
-    """An angle [rad] from 6 o'clock, and as Morrell counts it, from 3 o'clock."""
-    degrees, more = math.degrees(angle), f" ± {math.degrees(error):.1f}" if math.isfinite(error) else ""
-    return f"{degrees:.1f}{more}° ({(degrees + 270) % 360:.0f}°)".replace("-", MINUS)
-
-
 class ChargeFigure(Figure):
     name, group, title = "charge", "charge", "The charge along the axis"
     caption = (
         "Seen from the end where the mill turns anticlockwise. Balls: the last stored frame of the first start. Line: "
         "where the charge is on average half as dense as at its densest. Plus: its centre of mass; circle: its centre "
         "of circulation. Toe and shoulder: where the layer at the wall is half as full as at its fullest place, from 6 "
-        "o'clock to the rising side; in parentheses from 3 o'clock, as Morrell counts. The dashed chord has the "
-        "dynamic angle of repose."
+        "o'clock to the rising side; in parentheses from 3 o'clock, as Morrell counts. Dashed: the dynamic angle "
+        "of repose."
     )
     dotted = " Dotted: the path of a ball, alone, that a lifter with a radial face throws."
 
@@ -136,7 +130,7 @@ class ChargeFigure(Figure):
         return balls
 
     def _average(self, ax, view, wall):
-        """Draws where the charge is, its centres, and the path of a ball that is thrown."""
+        """Draws where the charge is, its centres and slope, and the path of a ball that is thrown."""
         if found := view.fullness():
             *places, full = found
             level = FULL * np.quantile(full[full > 0], 0.95) if (full > 0).any() else 0
@@ -145,28 +139,27 @@ class ChargeFigure(Figure):
         for name, mark in (("mass", "P"), ("circulation", "o")):
             place = [view.run.charge[f"{name}_{way}"][0] for way in ("across", "up")]
             ax.plot(*place, mark, ms=6.5, mfc="w", mec="k", mew=1.2, zorder=6)
+            if name == "mass":
+                half = math.sqrt(max(view.radius**2 - place[0] ** 2 - place[1] ** 2, 0))
+                slope = half / math.hypot(*place) * np.array([-place[1], place[0]])
+                ax.plot(*np.transpose([place - slope, place + slope]), "--", color="k", lw=1.0, zorder=4)
         if thrown := view.thrown():
             ax.plot(*thrown.path.T, ":", color=THROW, lw=1.8, zorder=5)
 
     def _edges(self, ax, view):
-        """Marks toe and shoulder, and the chord between them."""
-        ends = []
+        """Marks toe and shoulder."""
         for name, colour in (("toe", TOE), ("shoulder", SHOULDER)):
             angle, error = view.run.charge[name]
             if not math.isfinite(angle):
                 continue
-            way = np.array([math.sin(angle), -math.cos(angle)])
-            ends.append(view.radius * way)
-            ax.plot(*np.outer(way, (0.82 * view.radius, view.radius)), color="w", lw=4.5, zorder=5)
-            ax.plot(*np.outer(way, (0.8 * view.radius, view.radius)), color=colour, lw=2.5, zorder=5)
+            way = view.radius * np.array([math.sin(angle), -math.cos(angle)])
+            ax.plot(*np.outer(way, (0.82, 1)), color="w", lw=4.5, zorder=5)
+            ax.plot(*np.outer(way, (0.8, 1)), color=colour, lw=2.5, zorder=5)
             ax.text(
-                *(0.56 * view.radius * way), f"{name}\n{angle_words(angle, error)}".replace(" (", "\n("),
-                ha="center", va="center", linespacing=1.15,
-                color=colour, fontsize=SMALL, zorder=7,
+                *(0.56 * way), f"{name}\n{degrees(angle, error)}\n({(math.degrees(angle) + 270) % 360:.0f}°)",
+                ha="center", va="center", color=colour, fontsize=SMALL, linespacing=1.15, zorder=7,
                 bbox={"boxstyle": "round,pad=0.25", "fc": "w", "ec": colour, "lw": 0.8, "alpha": 0.9},
             )  # fmt: skip
-        if len(ends) == 2:
-            ax.plot(*np.transpose(ends), "--", color="k", lw=1.0, zorder=4)
 
     def columns(self, run):
         known = run.charge

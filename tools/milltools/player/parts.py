@@ -34,6 +34,7 @@ CITE = (
 # groups of figures: name in the contents, heading, text below it
 GROUPS = {
     "energy": ("Energy", "Where the energy goes", ""),
+    "charge": ("Charge", "Where the charge is", ""),
     "spectra": (
         "Impacts",
         "How hard the balls hit",
@@ -49,6 +50,7 @@ GROUPS = {
 }
 # figures that are shown at once: the first ones of a group that can be drawn, all others of the group are folded
 SHOWN = {"energy": ("flow",), "spectra": ("energies-power", "speeds-power"), "wear": ("wear",)}
+OPTIONAL = ("charge", "dose")  # left out of a page that has nothing for them
 CONTENTS = tuple((anchor, name) for anchor, (name, *_) in GROUPS.items())
 
 
@@ -204,7 +206,8 @@ def figure_names() -> list[str]:
 def sections(drawings: dict[str, Picture]) -> list[dict]:
     """The figures (given by name) under the headings of GROUPS, in panels. The names in a panel have the same
     beginning: "slip", "slip-power". If no figure of a group can be drawn, there are no panels, and `missing` has the
-    reason. `shown`: the figure that is not folded; the panels of its group do not have it."""
+    reason; groups of OPTIONAL are left out then. `shown`: the figure that is not folded; the panels of its group do not
+    have it."""
     found = []
     for anchor, (_, title, lead) in GROUPS.items():
         drawn = [drawings[name] for name in figure_names() if FIGURES[name].group == anchor]
@@ -215,6 +218,8 @@ def sections(drawings: dict[str, Picture]) -> list[dict]:
         missing = "" if any(one.svg for one in (*shown, *drawn)) else why
         if drawn and len(panels) == len(drawn):
             panels = [drawn]
+        if missing and anchor in OPTIONAL:
+            continue
         words = {"anchor": anchor, "title": title, "lead": lead, "missing": missing}
         found.append(words | {"shown": shown, "panels": [] if missing else panels})
     return found

@@ -8,7 +8,19 @@ import pathlib
 
 from milltools import pages
 from milltools.base.errors import UserError
-from milltools.base.text import Number, brief, column, count, lines, plain, scaled, share, small, with_error
+from milltools.base.text import (
+    Number,
+    brief,
+    column,
+    count,
+    degrees,
+    lines,
+    plain,
+    scaled,
+    share,
+    small,
+    with_error,
+)
 from milltools.dose import dose, wear
 from milltools.player import parts, player
 from milltools.power import drum, models
@@ -19,9 +31,9 @@ from milltools.report import facts
 
 HERE = pathlib.Path(__file__).resolve().parent
 CONTENTS = (
-    ("verdict", "Answer"), ("energy", "Energy"), ("spectra", "Impacts"), ("wear", "Wear"), ("dose", "Dose"),
-    ("summary", "All numbers"), ("maps", "Maps"), ("time", "Over time"), ("anomalies", "Checks"), ("notes", "Notes"),
-    ("how", "How it was run"), ("deck", "Deck"), ("cite", "Cite"),
+    ("verdict", "Answer"), ("energy", "Energy"), ("charge", "Charge"), ("spectra", "Impacts"), ("wear", "Wear"),
+    ("dose", "Dose"), ("summary", "All numbers"), ("maps", "Maps"), ("time", "Over time"), ("anomalies", "Checks"),
+    ("notes", "Notes"), ("how", "How it was run"), ("deck", "Deck"), ("cite", "Cite"),
 )  # fmt: skip
 FACES = 6  # of the table of wear are shown at once
 SPEED = "v\N{LATIN SUBSCRIPT SMALL LETTER N}"
@@ -203,6 +215,23 @@ def worn(run) -> tuple[str, list[str], list[list[str]]]:
     return f"{said[0].upper()}{said[1:]}.", *wear.sums(found)
 
 
+def charge(run) -> list[tuple[str, object, str]]:
+    """(name, value with error, explanation) of the charge of a tumbling mill; empty for others."""
+    known, found = run.charge, []
+    if not known:
+        return []
+    for name in ("toe", "shoulder"):
+        morrell = degrees((known[name][0] + 1.5 * math.pi) % math.tau)
+        words = f"from 6 o'clock to the side where the wall rises; from 3 o'clock, as Morrell counts: {morrell}"
+        found.append((name, degrees(*known[name]), words))
+    found.append(("angle of repose", degrees(*known["repose"]), "dynamic: the direction of the centre of mass"))
+    for name in ("mass", "circulation"):
+        across, up = (with_error(*known[f"{name}_{way}"], "m") for way in ("across", "up"))
+        found.append((f"centre of {name}", across, f"from the axis to the side where the wall rises; upwards: {up}"))
+    share_of = with_error(*(100 * one for one in known["in_flight"]), "%")
+    return [*found, ("in flight", share_of, "share of the balls in flights longer than the fall by their diameter")]
+
+
 def dosed(run) -> list[tuple[str, str, str]]:
     """(name, value with error, explanation) of the dose, for a deck with a powder or with heat."""
     if run.unsampled or not {"powder", "heat"} & set(run.as_deck.sections):
@@ -240,7 +269,8 @@ def render(run, watch, rerun: str = "auto", printed: bool = False) -> str:
         HERE,
         title=facts.finding(run),
         kicker=" \N{MIDDLE DOT} ".join((name, plain(os.path.basename(run.path)), made, plain(run.status))),
-        contents=[c for c in CONTENTS if c[0] != "dose" or doses],
+        contents=[c for c in CONTENTS if c[0] not in parts.OPTIONAL or c[0] in figures or (c[0] == "dose" and doses)],
+        charge=charge(run),
         mill=facts.subject(run),
         window=facts.window(run) if run.time > 0 else "",
         checks=facts.checks(run),
