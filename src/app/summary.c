@@ -177,25 +177,27 @@ static void print_hard(const struct mill_summary *s)
                           mill_summary_text_mean(&r->hard_per_joule, "/J"));
 }
 
-/* Prints where the charge of a tumbling mill is; angles also as Morrell counts them. */
+/* Prints where the charge of a tumbling mill is: "146.4 +- 3.3", "-" for NaN. Angles are printed
+ * also as Morrell counts them, from 3 o'clock. */
 static void print_charge(const struct mill_summary *s)
 {
-    const char *text[MILL_CHARGE_FLIGHT + 1];
-    double value[MILL_CHARGE_FLIGHT + 1];
+    const char *text[MILL_CHARGE_FLIGHT + 1], *morrell[MILL_CHARGE_FLIGHT + 1];
     for (int i = 0; i <= MILL_CHARGE_FLIGHT; i++) {
         const double times = i == MILL_CHARGE_FLIGHT ? 100 : 180 / MILL_PI;
+        const double value = times * s->results->charge[i].value;
         const double error = times * s->results->charge[i].error;
-        value[i] = times * s->results->charge[i].value;
-        text[i] = isnan(error) ? mill_summary_text("%.1f", value[i])
-                               : mill_summary_text("%.*f +- %.*f", error < 0.1 ? 2 : 1, value[i],
-                                                   error < 0.1 ? 2 : 1, error);
+        const int digits = error < 0.1 ? 2 : 1;
+        text[i] = isnan(value)   ? "-"
+                  : isnan(error) ? mill_summary_text("%.1f", value)
+                                 : mill_summary_text("%.*f +- %.*f", digits, value, digits, error);
+        morrell[i] = isnan(value) ? "-" : mill_summary_text("%.0f", fmod(value + 630, 360));
     }
     if (!s->results->tally->charge.world)
         return;
     mill_summary_line(s->out, "charge", "toe %s deg, shoulder %s deg from 6 o'clock\n", text[0],
                       text[1]);
-    mill_summary_line(s->out, "", "(Morrell: %.0f, %.0f), repose %s deg, %s %% in flight\n",
-                      fmod(value[0] + 630, 360), fmod(value[1] + 630, 360), text[2], text[3]);
+    mill_summary_line(s->out, "", "(Morrell: %s, %s), repose %s deg, %s %% in flight\n", morrell[0],
+                      morrell[1], text[2], text[3]);
 }
 
 static void print_means(const struct mill_summary *s)
