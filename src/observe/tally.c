@@ -284,9 +284,10 @@ static void tell_state(struct mill_observer *observer, struct mill_state *state)
     }
     const size_t n = (size_t)batches->at.batches;
     mill_energies_blocks_state(&t->blocks, state);
-    mill_sums_state(&t->charge.blocks, "blocks", state);
-    if (t->charge.world)
+    if (t->charge.world) {
+        mill_sums_state(&t->charge.blocks, "blocks", state);
         mill_state_field(state, "met", MILL_FIELD_F64, (size_t)t->world->balls, t->charge.met);
+    }
     mill_state_structs(state, "before", sizeof *t->before, MILL_SPECTRUM_SLOTS, t->before);
     mill_state_structs(state, "accounts", sizeof *batches->accounts, n + 1, batches->accounts);
     mill_state_field(state, "batch_counts", MILL_FIELD_I32, n * MILL_SPECTRUM_SLOTS,

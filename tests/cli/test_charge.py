@@ -17,7 +17,7 @@ INPUT = pathlib.Path(__file__).resolve().parents[2] / "input"
 # 30 % filled, with lifters
 DRUM = """\
 [run]
-time = 5 s
+time = 4 s
 sample_from = 1 s
 starts = 4
 [drum]
@@ -194,7 +194,7 @@ def test_people_read_the_angles_from_6_and_from_3_o_clock(tmp_path):
 # ---- the same bits
 
 
-SHORT = DRUM.replace("time = 5 s", "time = 1.6 s").replace("starts = 4", "starts = 1").replace("1 h", "20 ms")
+SHORT = DRUM.replace("time = 4 s", "time = 3 s").replace("starts = 4", "starts = 1").replace("1 h", "20 ms")
 SEARCHED = SHORT.replace("sample_from = 1 s\n", "")
 
 
@@ -203,7 +203,7 @@ SEARCHED = SHORT.replace("sample_from = 1 s\n", "")
 def test_an_interrupted_run_goes_on_to_the_same_charge(tmp_path, tmp_path_factory, deck):
     mill, whole = Folder(tmp_path, deck), Folder(tmp_path_factory.mktemp("whole"), deck)
     whole.finish("-s", "output.checkpoint=1 h")
-    assert mill.stop(after=0.2)[0] == 130
+    assert mill.stop(after=0.1)[0] == 130
     mill.finish("--resume")
     assert "charge" in h5py.File(mill.file)["statistics"]
     assert differences(mill.file, whole.file, (*OWN, *INTERVAL)) == []

@@ -42,6 +42,7 @@ from milltools.read.histogram import Histogram, _of_pairs
 from milltools.read.kinds import KINDS
 from milltools.read.runfile import Run
 
+ANY = [name for name in FIGURES if name != "charge"]  # of any mill; the other is in test_charge_figure.py
 PLAIN = SMALL.replace("count = 20", "count = 300").replace("time = 50 ms", "time = 0.25 s\nsample_from = 0.05 s")
 MIXTURE = """
 [run]
@@ -574,7 +575,7 @@ def test_spectra_of_a_species_have_its_impacts_with_itself_once():
 
 @pytest.mark.parametrize(
     "name",
-    slow([*FIGURES, "overview"], *(name for name in FIGURES if name[:4] in ("axia", "sect", "wear")), "overview"),
+    slow([*ANY, "overview"], *(name for name in FIGURES if name[:4] in ("axia", "sect", "wear")), "overview"),
 )
 def test_no_text_is_cut_off_and_none_covers_another(folder, plain, gas, name):
     path = folder / f"{'a_name_without_an_end_' * 2}, then $x_2$ and more words.h5"
@@ -589,7 +590,7 @@ def test_no_text_is_cut_off_and_none_covers_another(folder, plain, gas, name):
 # ---- inline SVG
 
 
-@pytest.mark.parametrize("name", slow(FIGURES, "wear", "wear-normal"))
+@pytest.mark.parametrize("name", slow(ANY, "wear", "wear-normal"))
 def test_inline_svg_is_well_formed_and_stands_alone(plain, name):
     text = figures.svg(FIGURES[name].draw(plain), f"fig-{name}")
     root = ET.fromstring(text)
