@@ -255,23 +255,22 @@ static void tell_charge_series(struct mill_sink *sink, const struct mill_tally *
     const uint64_t length = t->blocks.length, period = t->batches.at.period;
     const uint64_t many = period > length ? period / length : 1;
     const size_t rows = t->blocks.blocks / many;
-    double value[MILL_CHARGE_NUMBERS][MILL_ENERGIES_BLOCKS], time[MILL_ENERGIES_BLOCKS];
+    double now[MILL_CHARGE_NUMBERS], value[MILL_ENERGIES_BLOCKS], time[MILL_ENERGIES_BLOCKS];
     uint64_t step[MILL_ENERGIES_BLOCKS];
-    for (size_t k = 0; k < rows; k++) {
-        struct mill_charge_sum sum = {0};
-        double now[MILL_CHARGE_NUMBERS];
-        mill_charge_estimate(&t->charge, k * many, (k + 1) * many, &sum, now);
-        for (int i = 0; i < MILL_CHARGE_NUMBERS; i++)
-            value[i][k] = now[i];
-        step[k] = (k + 1) * many * length;
-        time[k] = t->batches.origin + (double)step[k] * t->batches.at.batch;
-    }
     sink->open(sink, "observables/charge"); /* two groups */
     for (int i = 0; i < MILL_CHARGE_NUMBERS; i++) {
-        sink->open(sink, mill_charge_words[i][0]);
+        const char *const *word = mill_charge_words[i];
+        for (size_t k = 0; k < rows; k++) {
+            struct mill_charge_sum sum = {0};
+            mill_charge_estimate(&t->charge, k * many, (k + 1) * many, &sum, now);
+            value[k] = now[i];
+            step[k] = (k + 1) * many * length;
+            time[k] = t->batches.origin + (double)step[k] * t->batches.at.batch;
+        }
+        sink->open(sink, word[0]);
         sink->values(sink, "step", MILL_H5_U64, 1, &rows, step, "1", "batches since the first");
         mill_tell_array(sink, "time", rows, time, "s", "end of the time that the value is of");
-        mill_tell_array(sink, "value", rows, value[i], mill_charge_words[i][1], "");
+        mill_tell_array(sink, "value", rows, value, word[1], word[2]);
         sink->close(sink);
     }
     sink->close(sink);
