@@ -54,9 +54,9 @@ WORDS = {path: words for path, words in NAMES.values() if path} | {
     "rotor/power": "rotor power",
     "drive/power": "drive power",
 }
-SHOWN = "power, torque, mass, rate(KIND), rate_above(1 mJ, KIND), rate_above(1 m/s, KIND), median_speed(KIND), " \
-    "dissipation(KIND), dose_rate, hard_rate, wear_depth(KIND), erosion(KIND), toe, shoulder, repose, in_flight (of " \
-    "a tumbling mill), or a path below /statistics such as impacts/all/rate"  # fmt: skip
+SHOWN = "power, torque, mass, rate(KIND), rate_above(1 mJ or 1 m/s, KIND), median_speed(KIND), dissipation(KIND), " \
+    "dose_rate, hard_rate, wear_depth(KIND), erosion(KIND), toe, shoulder, repose, in_flight, or a path such as " \
+    "impacts/all/rate"  # fmt: skip
 
 # ---- units: (size in SI, exponents of kg, m, s, K, rad)
 
