@@ -4,11 +4,8 @@
  * solids are with the code of the solids. */
 #include "deck/deck_private.h"
 
-enum {
-    MOST_FRICTION = 10,
-    MOST_THREADS = 1024
-};
-#define MOST_FACE 1.4 /* [rad] 80 degrees */
+enum { MOST_FRICTION = 10, MOST_THREADS = 1024 };
+#define MOST_FACE 1.4         /* [rad] 80 degrees */
 #define SEED_MAX 4294967295.0 /* the random generator distinguishes as many seeds */
 #define MOST_COLLISIONS 1e15  /* a double holds counts up to here exactly */
 /* [m] far smaller than anything that flies freely in air */

@@ -233,7 +233,8 @@ TEST(across_the_line_at_a_joint_the_gap_has_no_step_and_the_normal_no_kink)
             const double bend = off / (p->arc - radius);
             ck_assert_double_eq_tol(c0.gap, c1.gap, bend * off + 2e-16);
             ck_assert_double_eq_tol(c0.gap, 0.0, bend * off + 3e-16);
-            ck_assert_double_lt(vec3_norm(vec3_sub(c0.normal, c1.normal)), 2.0 * bend + 1e-12 + rounding);
+            ck_assert_double_lt(vec3_norm(vec3_sub(c0.normal, c1.normal)),
+                                2.0 * bend + 1e-12 + rounding);
         }
         mill_demolish(&m.mill);
     }
