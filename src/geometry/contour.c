@@ -8,6 +8,7 @@
  * without corners that point inwards, and each belongs to the piece that it is beside. */
 #include "geometry/contour.h"
 #include "base/elementary.h"
+#include "base/memory.h"
 #include "geometry/mesh.h"
 
 #include <stdlib.h>
@@ -24,8 +25,8 @@
 #define MOST_TURN 1e3 /* bulge of an arc that is almost a whole circle */
 #define FLAT 1e-9     /* bend times length: its farthest point is an end */
 #define MOST_FLAT 0.1 /* bulge of an arc that a chord stands for: 23 degrees */
-#define FINEST 1e-12  /* relative to the size: more than rounding of a place */
-#define LISTED 4096   /* the list grows by so many */
+#define SQRT2 1.4142135623730951
+#define FINEST 1e-12 /* relative to the size: more than rounding of a place */
 #define NEAR                                                                                       \
     8.0 /* half diagonals of a square: the pieces listed are farther from it by no more            \
          */
@@ -361,61 +362,57 @@ struct mill_contour_nook mill_contour_nook_at(const struct mill_contour *c, doub
 {
     const double i = (x - c->corner[0]) / c->size, k = (y - c->corner[1]) / c->size;
     if (!(i >= 0.0 && k >= 0.0 && i < MILL_CONTOUR_SQUARES && k < MILL_CONTOUR_SQUARES))
-        return (struct mill_contour_nook){0.0, (double)INFINITY, -1, c->pieces};
+        return (struct mill_contour_nook){0.0, (double)INFINITY, -1, c->pieces, c->pieces};
     return c->nook[(int)k * MILL_CONTOUR_SQUARES + (int)i];
 }
 
 struct planting {
     struct mill_contour *c;
-    int32_t listed;
+    struct mill_memory_list list; /* int16_t */
+    bool good;
 };
 
 /* Lists the pieces near to each square of a block of `side` squares, from those near to a block
- * around it. Within four half diagonals of a block's centre is all that is within eight of those of
- * its quarter. */
-static bool plant(struct planting *p, int i, int k, int side, const int16_t *list, int count)
+ * around it. Within eight half diagonals of a block's nearest piece is all that is within eight of
+ * those of its quarter. */
+static void plant(struct planting *p, int i, int k, int side, const int16_t *list, int count)
 {
     struct mill_contour *c = p->c;
-    const double half = 0.5 * side * c->size, around = half * 1.4142135623730951 * (1.0 + 1e-9);
+    const double half = 0.5 * side * c->size, around = half * SQRT2 * (1.0 + 1e-9);
     const double x = c->corner[0] + i * c->size + half, y = c->corner[1] + k * c->size + half;
-    double least = INFINITY;
+    const double blur = FINEST * c->far;
     int16_t *near = malloc(((size_t)count + 1) * sizeof *near);
-    double *d = malloc(((size_t)count + 1) * sizeof *d);
-    int kept = 0;
-    bool good = near && d;
-    for (int n = 0; good && n < count; n++)
+    double *d = malloc(((size_t)count + 1) * sizeof *d), least = INFINITY;
+    int kept = 0, close = 0;
+    p->good = p->good && near && d;
+    for (int n = 0; p->good && n < count; n++)
         least = fmin(least, d[n] = fabs(mill_contour_look(&c->piece[list[n]], x, y).d));
-    for (int n = 0; good && n < count; n++)
-        if (d[n] <= least + NEAR * around)
-            near[kept++] = list[n];
-    free(d);
-    if (good && side == 1) {
-        int16_t *more = c->list;
-        if (p->listed == 0 || (p->listed + kept) / LISTED > p->listed / LISTED)
-            more =
-                realloc(c->list, ((size_t)(p->listed + kept) / LISTED + 1) * LISTED * sizeof *more);
-        good = more;
-        if (good) {
-            c->list = more;
-            memcpy(c->list + p->listed, near, (size_t)kept * sizeof *near);
-            c->nook[k * MILL_CONTOUR_SQUARES + i] = (struct mill_contour_nook){
-                least - around - FINEST * c->far,
-                kept == c->pieces ? (double)INFINITY
-                                  : least + (NEAR - 1.0) * around - FINEST * c->far,
-                p->listed, kept};
-            p->listed += kept;
-        }
-    } else if (good) {
-        for (int n = 0; good && n < 4; n++)
-            good = plant(p, i + n % 2 * side / 2, k + n / 2 * side / 2, side / 2, near, kept);
+    for (int far = 0; far < 2 && p->good; far++) {
+        for (int n = 0; n < count; n++)
+            if (d[n] <= least + NEAR * around && (d[n] > least + 2.0 * around + blur) == far)
+                near[kept++] = list[n];
+        close = far ? close : kept;
     }
+    free(d);
+    for (int n = 0; n < 4 && p->good && side > 1; n++)
+        plant(p, i + n % 2 * side / 2, k + n / 2 * side / 2, side / 2, near, kept);
+    for (int n = 0; n < kept && p->good && side == 1; n++) {
+        int16_t *one = mill_memory_add(&p->list);
+        p->good = one;
+        if (one)
+            *one = near[n];
+    }
+    if (p->good && side == 1)
+        c->nook[k * MILL_CONTOUR_SQUARES + i] = (struct mill_contour_nook){
+            least - around - blur,
+            kept == c->pieces ? (double)INFINITY : least + (NEAR - 1.0) * around - blur,
+            (int32_t)p->list.count - kept, kept, close};
     free(near);
-    return good;
 }
 
 static bool make_plan(struct mill_contour *c)
 {
-    struct planting p = {c, 0};
+    struct planting p = {c, {.size = sizeof(int16_t)}, true};
     const double wide = c->far * (1.0 + (c->half < (double)INFINITY ? 0.5 : 1e-3));
     int16_t *all = malloc((size_t)c->pieces * sizeof *all);
     c->nook = calloc((size_t)MILL_CONTOUR_SQUARES * MILL_CONTOUR_SQUARES, sizeof *c->nook);
@@ -423,9 +420,11 @@ static bool make_plan(struct mill_contour *c)
     c->size = 2.0 * wide / MILL_CONTOUR_SQUARES;
     for (int k = 0; all && k < c->pieces; k++)
         all[k] = (int16_t)k;
-    const bool good = all && c->nook && plant(&p, 0, 0, MILL_CONTOUR_SQUARES, all, c->pieces);
+    p.good = all && c->nook;
+    plant(&p, 0, 0, MILL_CONTOUR_SQUARES, all, c->pieces);
+    c->list = p.list.item;
     free(all);
-    return good;
+    return p.good;
 }
 
 /* ---- as a shape ---- */

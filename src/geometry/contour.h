@@ -22,7 +22,7 @@ struct mill_contour_piece {
 /* A square of the plane, and the pieces near to it */
 struct mill_contour_nook {
     double near, beyond; /* [m] no piece is nearer to a place of the square, no other one either */
-    int32_t first, count;
+    int32_t first, count, close; /* `close`: the first ones; one of them is the nearest */
 };
 
 struct mill_contour {
@@ -34,7 +34,7 @@ struct mill_contour {
     struct mill_contour_piece *piece;
     double corner[2], size; /* [m] of the squares: their corner, the side of one */
     struct mill_contour_nook *nook;
-    int16_t *list; /* the pieces of each square, in ascending order */
+    int16_t *list; /* the pieces of each square */
 };
 
 enum { MILL_CONTOUR_SQUARES = 128 /* along each side */ };

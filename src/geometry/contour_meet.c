@@ -56,7 +56,7 @@ static struct nearest find_nearest(const struct mill_contour *c, const struct mi
     const struct mill_contour_nook nook = mill_contour_nook_at(c, s->x, s->y);
     struct mill_contour_view best = {.d = INFINITY}, end = best;
     int found = 0;
-    for (int i = 0; i < nook.count; i++) {
+    for (int i = 0; i < nook.close; i++) {
         const int k = mill_contour_listed(c, nook, i);
         const struct mill_contour_view v = mill_contour_look(&c->piece[k], s->x, s->y);
         if (v.beside && fabs(v.d) < fabs(best.d)) {
@@ -239,12 +239,11 @@ static double piece_contact(const struct mill_contour_piece *p, const struct cou
     return INFINITY;
 }
 
-/* Can a flight of this length [m] certainly not reach the piece? The margin is larger than all
- * rounding errors. */
-static bool is_out_of_reach(const struct mill_contour_piece *p, const struct course *f,
+/* Is the piece certainly farther from a place than `reach` [m]? */
+static bool is_out_of_reach(const struct mill_contour_piece *p, double at_x, double at_y,
                             double reach)
 {
-    const double x = f->x - p->x, y = f->y - p->y, square = x * x + y * y, far = reach + p->half;
+    const double x = at_x - p->x, y = at_y - p->y, square = x * x + y * y, far = reach + p->half;
     if (square > far * far)
         return true;
     const double from = p->nx * x + p->ny * y - p->bend * square;
@@ -263,14 +262,14 @@ static struct mill_hit still_contact(const struct mill_contour *c, const struct 
     }
     const double fall = 0.5 * horizon * (fabs(own.g) + fabs(own.h));
     const double way = horizon * (sqrt(own.u * own.u + own.v * own.v) + fall) * (1.0 + 1e-9);
-    const double reach = radius + way + 1e-9 * c->far;
+    const double reach = radius + way + 1e-9 * c->far; /* more than all rounding errors */
     const int first = f->parts.first, count = f->parts.count > 0 ? f->parts.count : c->pieces;
     int touched = -1;
     double t = INFINITY;
     for (int i = 0; i < count; i++) {
         const int k = first + i < c->pieces ? first + i : first + i - c->pieces;
         const struct mill_contour_piece *p = &c->piece[k];
-        if (is_narrow(p, radius) || is_out_of_reach(p, &own, reach))
+        if (is_narrow(p, radius) || is_out_of_reach(p, own.x, own.y, reach))
             continue;
         if (touching && touched < 0) {
             const struct mill_contour_spot s = {own.x, own.y, 0.0};
@@ -380,8 +379,12 @@ static struct mill_hit search(const struct mill_contour *c, const struct mill_fl
         const struct mill_contour_nook nook = mill_contour_nook_at(c, s.spot.x, s.spot.y);
         struct found found = {(nook.beyond - radius) / s.speed, 0.0, INFINITY, false};
         const bool glides = step >= MILL_CONVEX_PATIENCE;
-        for (int i = 0; i < nook.count; i++)
-            take_piece(&found, &c->piece[mill_contour_listed(c, nook, i)], &s, radius, glides);
+        const double reach = radius + s.speed * s.within + 1e-9 * c->far;
+        for (int i = 0; i < nook.count; i++) {
+            const struct mill_contour_piece *p = &c->piece[mill_contour_listed(c, nook, i)];
+            if (!is_out_of_reach(p, s.spot.x, s.spot.y, reach))
+                take_piece(&found, p, &s, radius, glides);
+        }
         if (found.least < radius * (1.0 - DEEP) || s.spot.beyond != 0.0) {
             const struct nearest near = find_nearest(c, &s.spot);
             if (near.d < 0.0)
@@ -458,15 +461,11 @@ static struct mill_span parts(const struct mill_shape *shape, vec3 lo, vec3 hi, 
     const double around = vec3_norm(half) * (1.0 + 1e-9),
                  reach = radius * (1.0 + 1e-3) + 1e-6 * c->far;
     const double half_x = c->plain ? half.y : around, half_y = c->plain ? half.z : around;
-    struct mill_contour_nook nook = mill_contour_nook_at(c, s.x, s.y);
-    if (nook.near > reach + sqrt(half_x * half_x + half_y * half_y))
+    if (mill_contour_nook_at(c, s.x, s.y).near > reach + sqrt(half_x * half_x + half_y * half_y))
         return none;
-    if (nook.beyond < reach + sqrt(half_x * half_x + half_y * half_y))
-        nook = (struct mill_contour_nook){0.0, 0.0, -1, c->pieces};
     /* the longest row of pieces out of reach, after piece `last`, is left out */
     int first = -1, last = -1, widest = -1, from = 0, to = 0;
-    for (int i = 0; i < nook.count; i++) {
-        const int k = mill_contour_listed(c, nook, i);
+    for (int k = 0; k < c->pieces; k++) {
         if (!comes_near(&c->piece[k], s.x, s.y, half_x, half_y, reach, DEPTH))
             continue;
         first = first < 0 ? k : first;
