@@ -61,8 +61,16 @@ def inverse(pose):
 
 
 def container(run, index):
-    """The pose of the container's own frame, the frame of the maps, in a stored frame of a run."""
-    return after(Mill.pose(run.carrier, run.poses(index)), inverse(run.vessel_frame()))
+    """The pose of the container, as the frame of the maps has it, in a stored frame of a run."""
+    return after(Mill.pose(run.steady, run.poses(index)), inverse(run.vessel_frame()))
+
+
+def seen(run, motion, points, poses):
+    """Points (..., 3) of a motion's frame in the frame of the maps, where motions are at `poses`."""
+    if motion != run.steady:
+        ride, own = (Mill.pose(one, poses) for one in (run.steady, motion))
+        points = moved(inverse(ride), moved(own, points))
+    return moved(inverse(run.vessel_frame()), points)
 
 
 def after(pose, first):
@@ -190,8 +198,8 @@ class Mill:
 
     @functools.cached_property
     def edges(self) -> np.ndarray:
-        """Sharp edges of the container (E, 2, 3) [m], in its motion's frame."""
-        return sharp_edges(self.shell, SAME * self.size)
+        """Sharp edges of the container (E, 2, 3) [m], and those of its open ends, in its motion's frame."""
+        return sharp_edges(self.shell, SAME * self.size, ends=True)
 
     @functools.cached_property
     def creases(self) -> dict[str, np.ndarray]:
@@ -217,9 +225,9 @@ class Mill:
         return bars(self.edges, self.rim)
 
 
-def sharp_edges(triangles, same):
-    """Edges (E, 2, 3) of triangles (T, 3, 3) between two faces that turn by more than SHARP; corners nearer than `same`
-    [m] are one."""
+def sharp_edges(triangles, same, ends=False):
+    """Edges (E, 2, 3) of triangles (T, 3, 3) between two faces that turn by more than SHARP, with `ends` also those of
+    one face; corners nearer than `same` [m] are one."""
     triangles = triangles[facing(triangles)[1] > same**2]
     _, index = np.unique(np.round(triangles.reshape(-1, 3) / same), axis=0, return_inverse=True)
     index = index.reshape(-1, 3)
@@ -232,7 +240,8 @@ def sharp_edges(triangles, same):
     edge, owner = edge.ravel()[order], owner[order]
     pairs = np.flatnonzero(edge[1:] == edge[:-1])
     turn = np.einsum("ij,ij->i", normal[owner[pairs]], normal[owner[pairs + 1]])
-    return places[first[edge[pairs[turn < SHARP]]]]
+    alone = np.flatnonzero(np.bincount(edge) == 1) if ends else []
+    return places[first[np.r_[edge[pairs[turn < SHARP]], alone].astype(int)]]
 
 
 def bars(edges, width):
@@ -269,6 +278,30 @@ def outline(points):
             side.append((x, y))
         sides += side[:-1] or side
     return np.array(sides)
+
+
+def silhouette(corners):
+    """The shadow of a closed surface, of its triangles seen along an axis (T, 3, 2): closed lines [(N, 2), ...] with
+    the shadow on their left. They are the edges of those triangles that are counter-clockwise; where several lie one
+    above the other, the lines wind around them more than once."""
+    a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    size = np.ptp(corners, axis=(0, 1)).max()
+    front = corners[a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0] > SAME * size**2].reshape(-1, 2)
+    _, first, index = np.unique(np.round(front / (SAME * size)), axis=0, return_index=True, return_inverse=True)
+    index = index.reshape(-1, 3)
+    sides = {(i, j) for k in range(3) for i, j in zip(index[:, k].tolist(), index[:, (k + 1) % 3].tolist())}
+    onwards, found = {}, []
+    for i, j in sorted(side for side in sides if side[::-1] not in sides):
+        onwards.setdefault(i, []).append(j)
+    while onwards:
+        line = [next(iter(onwards))]
+        while line[-1] in onwards:
+            ends = onwards[line[-1]]
+            line.append(ends.pop())
+            if not ends:
+                del onwards[line[-2]]
+        found.append(front[first[line[:-1]]])
+    return found
 
 
 def outermost(points):
