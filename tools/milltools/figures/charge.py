@@ -56,8 +56,14 @@ class View:
         return *places.reshape(2, *y.shape), balls / np.maximum(_spread(room, reach), 1e-9 * room.max())
 
     def thrown(self):
-        """The throw.Throw of the largest ball by a lifter with a radial face; None without lifters."""
+        """The throw.Throw of the largest ball by a lifter: one of the drum's profile, or a body with a radial face; None
+        without lifters."""
         run = self.run
+        if run.as_deck.value("drum.profile") == "lifters":
+            leads = "front" if motions.rate(run, run.carrier) > 0 else "back"
+            height, face = run.as_deck.number("drum.lifter_height"), run.as_deck.number(f"drum.lifter_{leads}")
+            friction = run.as_deck.contact("ball_drum").friction
+            return throw.throw(self.radius, self.speed, self.largest, height, face, friction, self.gravity)
         height, largest = self.radius - float(run.statistic("charge/layer")) - self.largest, self.largest
         own = [body.kind for body in Mill.of(run).inner if body.motion == run.carrier]
         if not own or not 0.05 * largest < height:
@@ -75,7 +81,7 @@ class ChargeFigure(Figure):
         "o'clock to the rising side; in parentheses from 3 o'clock, as Morrell counts. Dashed: the dynamic angle "
         "of repose."
     )
-    dotted = " Dotted: the path of a ball, alone, that a lifter with a radial face throws."
+    dotted = " Dotted: the path of a ball, alone, that a lifter throws (a body as if its face were radial)."
 
     def says(self, runs):
         return self.caption + self.dotted * any(View(run).thrown() is not None for run in runs)
