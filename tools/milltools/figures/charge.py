@@ -56,8 +56,8 @@ class View:
         return *places.reshape(2, *y.shape), balls / np.maximum(_spread(room, reach), 1e-9 * room.max())
 
     def thrown(self):
-        """The throw.Throw of the largest ball by a lifter: one of the drum's profile, or a body with a radial face; None
-        without lifters."""
+        """The throw.Throw of the largest ball by a lifter: one of the drum's profile, or a body with a radial face;
+        None without lifters."""
         run = self.run
         if run.as_deck.value("drum.profile") == "lifters":
             leads = "front" if motions.rate(run, run.carrier) > 0 else "back"
