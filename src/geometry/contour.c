@@ -15,7 +15,7 @@
 #include <string.h>
 
 /* Sine of the angle between neighbours that are tangent: their normals differ by rounding only */
-#define TANGENT 1e-9
+#define TANGENT 1e-12
 /* Bulge of an arc that curves away from the balls, of 90 degrees; and around them, of 168 degrees
  */
 #define MOST_BULGE (0.41421356237309515 * (1.0 + 1e-12))
@@ -443,7 +443,7 @@ bool mill_contour_create(struct mill_shape *shape)
     const struct mill_body *is = &c->body.is;
     shape->fixed = !shape->motion; /* it has no axis of symmetry */
     c->body.convex.bounds = mill_motion_bounds(shape->motion, is->centre);
-    c->plain = vec3_norm(is->centre) == 0.0 && is->x.y == 1.0 && is->y.z == 1.0;
+    c->plain = is->inside && vec3_norm(is->centre) == 0.0 && is->x.y == 1.0 && is->y.z == 1.0;
     c->half = is->inside ? (double)INFINITY : 0.5 * is->length;
     c->piece = make_pieces(is, &c->pieces);
     c->low = INFINITY;

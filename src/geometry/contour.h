@@ -50,6 +50,7 @@ struct mill_contour_view {
     double nx, ny;   /* unit: from the piece towards the place, if the place is not behind it */
     double straight; /* distance from the centre of its circle over the radius; of a line 1 */
     bool beside;     /* false: its nearest point is an end */
+    double out;      /* if so: [m] how far the place is along the normal there */
 };
 
 static inline double mill_contour_past(const double line[3], double x, double y)
@@ -84,6 +85,7 @@ static inline struct mill_contour_view mill_contour_look(const struct mill_conto
     v.d = sqrt(mill_least(a, b));
     v.nx = v.d > 0.0 ? (a < b ? ax : bx) / v.d : 1.0;
     v.ny = v.d > 0.0 ? (a < b ? ay : by) / v.d : 0.0;
+    v.out = a < b ? p->from[0] * ay - p->from[1] * ax : p->to[1] * bx - p->to[0] * by;
     return v;
 }
 

@@ -64,14 +64,16 @@ static struct nearest find_nearest(const struct mill_contour *c, const struct mi
             found = k;
         } else if (!v.beside && v.d < end.d) {
             end = v;
+        } else if (!v.beside && v.d <= end.d) {
+            end.out += v.out; /* along both normals of a joint; behind a corner that points into the
+                                 solid < 0 */
         }
     }
-    /* in the solid, behind a corner that points into it; at a joint, only rounding tells */
-    if (end.d < fabs(best.d) * (1.0 - SNUG) - SNUG * c->far) {
-        best = end;
-        best.d = -best.d;
-        best.nx = -best.nx;
-        best.ny = -best.ny;
+    if (end.d < fabs(best.d)) {
+        const bool joint = fabs(best.d) - end.d <= SNUG * c->far; /* nearer by rounding only */
+        const double side = (joint ? best.d : end.out) < 0.0 ? -1.0 : 1.0;
+        best =
+            (struct mill_contour_view){.d = side * end.d, .nx = side * end.nx, .ny = side * end.ny};
     }
     struct nearest near = {best.d, {best.nx, best.ny, 0.0}, found};
     if (s->beyond != 0.0 && best.d <= 0.0) {
@@ -377,7 +379,8 @@ static struct mill_hit search(const struct mill_contour *c, const struct mill_fl
     for (int step = 0; step < MILL_CONVEX_MOST; step++) {
         const struct sight s = look(c, f, radius, now, t, end - t);
         const struct mill_contour_nook nook = mill_contour_nook_at(c, s.spot.x, s.spot.y);
-        struct found found = {(nook.beyond - radius) / s.speed, 0.0, INFINITY, false};
+        const double z = s.spot.beyond, rest = sqrt(nook.beyond * nook.beyond + z * z) - radius;
+        struct found found = {rest / s.speed, 0.0, INFINITY, false};
         const bool glides = step >= MILL_CONVEX_PATIENCE;
         const double reach = radius + s.speed * s.within + 1e-9 * c->far;
         for (int i = 0; i < nook.count; i++) {
@@ -385,7 +388,7 @@ static struct mill_hit search(const struct mill_contour *c, const struct mill_fl
             if (!is_out_of_reach(p, s.spot.x, s.spot.y, reach))
                 take_piece(&found, p, &s, radius, glides);
         }
-        if (found.least < radius * (1.0 - DEEP) || s.spot.beyond != 0.0) {
+        if (found.least < radius * (1.0 - DEEP) || z != 0.0) {
             const struct nearest near = find_nearest(c, &s.spot);
             if (near.d < 0.0)
                 return get_out(&near, &s, end - t);

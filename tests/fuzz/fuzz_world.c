@@ -9,8 +9,8 @@
 #include "mill.h"
 #include "proof/paranoid.h"
 
+#include "../unit/contour_oracle.h"
 #include "../unit/parts.h"
-#include "base/profile.h"
 #include "deck/deck.h"
 #include "deck/deck_private.h"
 
@@ -207,19 +207,16 @@ struct placing {
     struct script rows;
 };
 
-/* The centre of a ball that touches a wavy drum: on an arc's middle, at a joint, anywhere on it */
-static vec3 at_wavy_wall(const struct mill_deck *d, struct fuzz_bytes *b, double x, double radius)
+/* The centre of a ball that touches the contour of a drum: at a joint, anywhere on it */
+static vec3 at_contour(const struct mill_setup_drum *drum, struct fuzz_bytes *b, double x,
+                       double radius)
 {
-    const struct mill_profile p =
-        mill_profile_make((int)d->setup.drum.buckles, d->setup.drum.radius,
-                          d->setup.drum.buckle_height, d->setup.drum.buckle_angle);
-    const int arc = fuzz_choice(b, 2 * p.buckles);
-    const bool outer = arc % 2 == 0;
-    const double at = p.angle + arc * MILL_PI / p.buckles, far = outer ? p.outer : p.inner;
-    const double off = (outer ? p.half_outer : p.half_inner) * (2.0 * part(b) - 1.0);
-    const double a = outer ? at + off : at + MILL_PI + off;
-    const double rho = outer ? p.arc - radius : p.arc + radius;
-    return vec3_make(x, far * cos(at) + rho * cos(a), far * sin(at) + rho * sin(a));
+    const int k = fuzz_choice(b, (int)drum->corners);
+    vec3 normal;
+    vec3 r = contour_at(&drum->corner[k], &drum->corner[((size_t)k + 1) % drum->corners],
+                        fuzz_choice(b, 2) ? part(b) : 0.0, &normal);
+    r.x = x;
+    return vec3_axpy(r, radius, normal);
 }
 
 /* Somewhere in the drum: anywhere, or touching wall, end, shaft, corner, or an earlier ball */
@@ -227,7 +224,7 @@ static vec3 somewhere(const struct placing *p, struct fuzz_bytes *b, double radi
 {
     const struct mill_deck *d = p->deck;
     const struct mill_setup_drum drum = d->setup.drum;
-    const double rho = drum.radius + drum.buckle_height - radius;
+    const double rho = drum_places(&drum).radius - radius;
     const double half = 0.5 * drum.length - radius;
     const int how = fuzz_choice(b, 6);
     if (how == 5 && p->balls > 0) {
@@ -242,8 +239,8 @@ static vec3 somewhere(const struct placing *p, struct fuzz_bytes *b, double radi
         x = fuzz_choice(b, 2) ? half : -half;
     if (how == 3)
         far = d->given.shaft_radius + radius;
-    if (d->given.wavy && d->setup.drum.buckle_height > 0.0 && (how == 1 || how == 4))
-        return at_wavy_wall(d, b, x, radius);
+    if (drum.corners > 0 && (how == 1 || how == 4))
+        return at_contour(&drum, b, x, radius);
     return vec3_make(x, far * cos(a), far * sin(a));
 }
 
