@@ -39,7 +39,9 @@ static inline struct seen_side see_side(const struct mill_corner *from,
     const long double a = cosine * (ax * ex + ay * ey) + sine * (ax * ey - ay * ex);
     const long double b = -(cosine * (bx * ex + by * ey) - sine * (bx * ey - by * ex));
     const bool beside = fabsl(u) <= 1.0L ? a >= 0.0L && b >= 0.0L : a >= 0.0L || b >= 0.0L;
-    const long double root = sqrtl(fmaxl(1.0L + 4.0L * w * power, 0.0L));
+    /* the place from the centre of the circle, over the radius */
+    const long double gx = w * (ax + bx) + cosine * ey / c, gy = w * (ay + by) - cosine * ex / c;
+    const long double root = sqrtl(gx * gx + gy * gy);
     return (struct seen_side){beside ? fabsl(2.0L * power / (1.0L + root))
                                      : sqrtl(fminl(ax * ax + ay * ay, bx * bx + by * by)),
                               u > 0.0L ? power < 0.0L && left < 0.0L
