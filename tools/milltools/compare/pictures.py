@@ -21,7 +21,7 @@ from milltools.compare.load import SPEED_EDGES
 from milltools.compare.map_deviation import LEAST
 from milltools.figures.base import LOOK, WIDTH
 from milltools.figures.bins import curve, enough
-from milltools.figures.outlines import rim
+from milltools.figures.outlines import rim, room
 from milltools.figures.overtime import means
 from milltools.figures.style import INK, colour_bar, lay_out, legend, run_style, save
 from milltools.read.kinds import label as kind_label
@@ -234,9 +234,10 @@ def _field(side, name, common=None):
 def _map(ax, side, edges, field, colours, low, high):
     y, z = (1e3 * edge for edge in edges)
     image = ax.pcolormesh(y, z, field.T, cmap=colours, vmin=low, vmax=high, rasterized=True)
-    wall = rim(side.first.container, lw=0.8)
-    wall.set_transform(Affine2D().scale(1e3) + ax.transData)  # in mm
-    image.set_clip_path(ax.add_patch(wall))
+    holds = side.first.container
+    for patch in (rim(holds, lw=0.8), room(holds, ec="none")):
+        patch.set_transform(Affine2D().scale(1e3) + ax.transData)  # in mm
+        image.set_clip_path(ax.add_patch(patch))
     return image
 
 

@@ -35,7 +35,7 @@ def deck_of(arguments) -> Deck:
     with open_run(arguments) as run:
         if not run.deck_text():
             raise UserError(f"{run.path}: has no /deck/text")
-        return Deck(run.deck_text(), run.path, digest=run.digest)
+        return Deck(run.deck_text(), run.path, digest=run.digest, outlines=run.as_deck.outlines)
 
 
 def steps(items, arguments):

@@ -11,8 +11,7 @@ from milltools.base.errors import UserError
 from milltools.base.files import whole
 from milltools.base.text import size
 from milltools.export import source
-from milltools.geometry import bodies, solids, stl
-from milltools.geometry.profile import Profile
+from milltools.geometry import bodies, contour, solids, stl
 from milltools.read.runfile import turned
 from milltools.read.values import metres, seconds
 
@@ -63,17 +62,18 @@ class Parts:
 
 def _sizes(deck, arguments):
     """Tolerance and thickness of the drum's walls [m]."""
-    profile = Profile.of(deck.value)
+    wall, radius = contour.of(deck), deck.number("drum.radius")
     asked = metres({"--thickness": arguments.thickness, "--tolerance": arguments.tolerance})
-    thickness = profile.radius / 20 if asked[0] is None else asked[0]
-    least, most = profile.radius / 1000, 10 * profile.radius
+    thickness = radius / 20 if asked[0] is None else asked[0]
+    least, most = radius / 1000, 10 * radius
     if not least <= thickness <= most:
         raise UserError(f"--thickness: expected {least:.3g} to {most:.3g} m for this drum, got {thickness:.6g} m")
-    tolerance = min(profile.radius / 2000, thickness / 2) if asked[1] is None else asked[1]
-    finest = max(1e-6 * profile.radius, (profile.length / MOST_CORNERS) ** 2 / (8 * profile.arc_radius))
-    coarsest = min(profile.radius / 5, thickness / 2)
-    if finest > coarsest:
-        raise UserError(f"{deck.path}: too many buckles to describe them by triangles")
+    tolerance = min(radius / 2000, thickness / 2) if asked[1] is None else asked[1]
+    corners = (wall.lengths / np.sqrt(8 * wall.radius)).sum()  # for a tolerance of 1 m
+    finest = max(1e-6 * radius, (corners / MOST_CORNERS) ** 2)
+    coarsest = min(radius / 5, thickness / 2)
+    if finest > coarsest or len(wall.vertices) > MOST_CORNERS:
+        raise UserError(f"{deck.path}: too many arcs to describe them by triangles")
     if not finest <= tolerance <= coarsest:
         raise UserError(
             f"--tolerance: expected {finest:.2g} to {coarsest:.2g} m for this drum and wall, got {tolerance:.6g} m"

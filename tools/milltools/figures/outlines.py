@@ -4,11 +4,12 @@ and other bodies sweep."""
 import math
 
 import numpy as np
-from matplotlib.patches import Circle, Polygon, Rectangle
+from matplotlib.patches import Circle, PathPatch, Polygon, Rectangle
+from matplotlib.path import Path
 
 from milltools.figures.style import INK
 from milltools.geometry import vessel
-from milltools.geometry.bodies import Mill, inverse, moved, outline
+from milltools.geometry.bodies import Mill, seen, silhouette
 
 STEEL = "#8c8c8c"  # visible on white and on black
 # a light line on a dark line is visible on every colour of a field; both must keep their colour on dark pages
@@ -32,14 +33,6 @@ def bodies(run):
             yield body, body.triangles[body.number == number]
 
 
-def _seen(run, body, triangles, poses):
-    """Triangles (T, 3, 3) in the container's own frame, where motions are at `poses`."""
-    if body.motion != run.carrier:
-        ride, own = (Mill.pose(motion, poses) for motion in (run.carrier, body.motion))
-        triangles = moved(inverse(ride), moved(own, triangles))
-    return moved(inverse(run.vessel_frame()), triangles)
-
-
 def _nearest(corners):
     """Smallest distance of triangles (T, 3, 2) from the origin: that of their sides, or 0 if the origin is in one. The
     corners are not enough: an arm through the axis has none near it."""
@@ -61,8 +54,8 @@ def swept(run):
         if run.has_rotor and body.kind in ("ball_shaft", "ball_blade"):  # drawn from the deck
             continue
         moves = body.motion != run.carrier
-        seen = np.concatenate([_seen(run, body, triangles, one) for one in (poses if moves else poses[:1])])
-        x, across = seen[..., 0], seen[..., 1:]
+        there = [seen(run, body.motion, triangles, one) for one in (poses if moves else poses[:1])]
+        x, across = np.concatenate(there)[..., 0], np.concatenate(there)[..., 1:]
         yield (_nearest(across), np.linalg.norm(across, axis=2).max()), (x.min(), x.max()), moves
 
 
@@ -71,8 +64,9 @@ def stand(ax, run, poses, moving=True):
     container."""
     for body, triangles in reversed(list(bodies(run))):  # the shaft on top
         if moving or body.motion == run.carrier:
-            points = outline(_seen(run, body, triangles, poses)[..., 1:].reshape(-1, 2))
-            ax.add_patch(Polygon(points, fc=STEEL, ec=INK, lw=0.6, zorder=0.5 if moving else 3, label="_body"))
+            lines = silhouette(seen(run, body.motion, triangles, poses)[..., 1:])
+            shadow = Path.make_compound_path(*(Path([*line, line[0]], closed=True) for line in lines))
+            ax.add_patch(PathPatch(shadow, fc=STEEL, ec=INK, lw=0.6, zorder=0.5 if moving else 3, label="_body"))
 
 
 def signs(run, view) -> str:
@@ -84,14 +78,16 @@ def signs(run, view) -> str:
     if run.has_rotor:
         found.append("grey: the shaft")
     elif view != "axial" and any(body.motion == run.carrier for body in inner):
-        passing = run.carrier and not run.has("observables/frame_spin/value")
+        passing = run.carrier != run.steady
         found.append("grey: bodies fixed to the container" + ", which turn with it" * bool(passing))
+    if view != "axial" and vessel.of(run).turns:
+        found.append("the wall turns; it is drawn as at the start")
     said = "; ".join([*found, "blank: no impacts or balls in the cell during the window."])
     return said[0].upper() + said[1:]
 
 
 def section(ax, run):
-    """Draws container, shaft and swept space over (y, z); returns the container's patch to clip the field with."""
+    """Draws container, shaft and swept space over (y, z); returns a patch to clip the field with."""
     wall = _wall(ax, run, "cross_section")
     if run.has_rotor:
         radius = run.quantity("rotor/shaft_radius")
@@ -108,13 +104,13 @@ def section(ax, run):
 
 
 def axial(ax, run):
-    """Draws container, shaft and swept space over (x, r); returns the container's patch. A wavy drum is drawn with its
-    outermost radius, and a dotted line at its innermost radius."""
+    """Draws container, shaft and swept space over (x, r); returns the container's patch. A drum that is no circle is
+    drawn with its outermost radius, and a dotted line at its innermost radius."""
     holds = vessel.of(run)
     wall = _wall(ax, run, "axial")
     low, high = holds.low, holds.high
-    if not run.vessel and holds.profile.innermost < holds.outermost:
-        ax.plot([low, high], [holds.profile.innermost] * 2, color=INK, lw=0.6, ls=":", label="_wavy")
+    if holds.innermost < holds.outermost:
+        ax.plot([low, high], [holds.innermost] * 2, color=INK, lw=0.6, ls=":", label="_wavy")
     if run.has_rotor:
         radius = run.quantity("rotor/shaft_radius")
         shaft = Rectangle((low, 0), high - low, radius, fc=STEEL, ec=INK, lw=0.6, zorder=3, label="_shaft")
@@ -128,6 +124,13 @@ def axial(ax, run):
     return wall
 
 
+def room(holds, view="cross_section", **look):
+    """A patch with the outline of the room of a vessel's map, to clip it with: of all places where its wall turns."""
+    if view == "axial" or not holds.turns:
+        return rim(holds, view, **look)
+    return Circle((0, 0), holds.outermost, fill=False, **look)
+
+
 def rim(holds, view="cross_section", **look):
     """A patch with the outline of a vessel's wall; in the view "axial" it ends at the axis."""
     return Polygon(holds.across if view == "cross_section" else holds.radial, closed=True, fill=False, **look)
@@ -136,14 +139,14 @@ def rim(holds, view="cross_section", **look):
 def _wall(ax, run, view):
     holds = vessel.of(run)
     # behind the field, so that blank cells differ from the darkest colour on dark pages too
-    paper = rim(holds, view, fc=INK, ec="none", alpha=0.08, zorder=0)
+    paper = room(holds, view, fc=INK, ec="none", alpha=0.08, zorder=0)
     paper.set_fill(True)
     ax.add_patch(paper)
     wall = ax.add_patch(rim(holds, view, ec=INK, lw=1.0, zorder=4, label="_drum"))
     if view == "axial" and run.slice_length:  # it has no end walls
         wall.set_edgecolor("none")
         ax.plot([holds.low, holds.high], [holds.outermost] * 2, color=INK, lw=1.0, zorder=4, label="_mantle")
-    return wall
+    return paper if holds.turns else wall
 
 
 def _line(ax, x, y, label):

@@ -21,7 +21,7 @@ def draw(run) -> Canvas:
     """The figure of a run, without a window."""
     figure = Canvas(figsize=(15, 4.6), layout="none")
     left, middle, right = figure.subplots(1, 3)
-    mill(left, run)
+    mill(left, run, last=True)
     draw_balls(left, run)
     draw_power(middle, run, mill(middle, run))
     draw_spectra(right, run)
@@ -29,11 +29,14 @@ def draw(run) -> Canvas:
     return figure
 
 
-def mill(ax, run):
-    """Prepares axes (y, z), draws the container's wall and returns its patch."""
-    holds = vessel.of(run)
-    wall, words, reach = outlines.rim(holds, color="k"), vessel.axes([run]), 1.02 * holds.outermost
-    ax.add_patch(wall)
+def mill(ax, run, last=False):
+    """Prepares axes (y, z), draws the container's wall (at the start or in the last frame); returns a patch to clip a map
+    with."""
+    frames = len(run.frame_times())
+    holds = vessel.of(run, run.poses(frames - 1) if last and frames else None)
+    words, reach = vessel.axes([run]), 1.02 * holds.outermost
+    ax.add_patch(outlines.rim(holds, color="k"))
+    wall = ax.add_patch(outlines.room(holds, ec="none"))
     ax.set_aspect("equal")
     millimetres(ax)
     ax.set(xlim=(-reach, reach), ylim=(-reach, reach), xlabel=words["y"], ylabel=words["z"])

@@ -61,8 +61,16 @@ def inverse(pose):
 
 
 def container(run, index):
-    """The pose of the container's own frame, the frame of the maps, in a stored frame of a run."""
-    return after(Mill.pose(run.carrier, run.poses(index)), inverse(run.vessel_frame()))
+    """The pose of the container, as the frame of the maps has it, in a stored frame of a run."""
+    return after(Mill.pose(run.steady, run.poses(index)), inverse(run.vessel_frame()))
+
+
+def seen(run, motion, points, poses):
+    """Points (..., 3) of a motion's frame in the frame of the maps, where motions are at `poses`."""
+    if motion != run.steady:
+        ride, own = (Mill.pose(one, poses) for one in (run.steady, motion))
+        points = moved(inverse(ride), moved(own, points))
+    return moved(inverse(run.vessel_frame()), points)
 
 
 def after(pose, first):
@@ -269,6 +277,30 @@ def outline(points):
             side.append((x, y))
         sides += side[:-1] or side
     return np.array(sides)
+
+
+def silhouette(corners):
+    """The shadow of a closed surface, of its triangles seen along an axis (T, 3, 2): closed lines [(N, 2), ...] with
+    the shadow on their left. They are the edges of those triangles that are counter-clockwise; where several lie one
+    above the other, the lines wind around them more than once."""
+    a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    size = np.ptp(corners, axis=(0, 1)).max()
+    front = corners[a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0] > SAME * size**2].reshape(-1, 2)
+    _, first, index = np.unique(np.round(front / (SAME * size)), axis=0, return_index=True, return_inverse=True)
+    index = index.reshape(-1, 3)
+    sides = {(i, j) for k in range(3) for i, j in zip(index[:, k].tolist(), index[:, (k + 1) % 3].tolist())}
+    onwards, found = {}, []
+    for i, j in sorted(side for side in sides if side[::-1] not in sides):
+        onwards.setdefault(i, []).append(j)
+    while onwards:
+        line = [next(iter(onwards))]
+        while line[-1] in onwards:
+            ends = onwards[line[-1]]
+            line.append(ends.pop())
+            if not ends:
+                del onwards[line[-2]]
+        found.append(front[first[line[:-1]]])
+    return found
 
 
 def outermost(points):

@@ -74,41 +74,44 @@ def circle_cells(radius, n):
 
 
 @functools.lru_cache(maxsize=4)
-def _sub_points(profile, rings):
-    """(areas of the cells as in `circle_cells`, areas of `rings` rings of r) inside any profile, from the share of
+def _sub_points(wall, rings):
+    """(areas of the cells as in `circle_cells`, areas of `rings` rings of r) inside any contour, from the share of
     points inside, as in millsim."""
-    n, size = 2 * rings, profile.outermost / rings
-    corner = np.arange(n) * size - profile.outermost
+    n, size = 2 * rings, wall.outermost / rings
+    corner = np.arange(n) * size - wall.outermost
     y, z = np.meshgrid(corner, corner, indexing="ij")
-    gap = profile.gap(y + size / 2, z + size / 2)
+    gap = wall.gap(np.stack([y, z], axis=-1) + size / 2).reshape(y.shape)
     share = (gap > 0).astype(float)
     at = size * (np.arange(SUBS) + 0.5) / SUBS
     cut = np.abs(gap) <= size  # cells near the wall
-    inside = profile.gap(y[cut][:, None, None] + at[:, None], z[cut][:, None, None] + at) > 0
-    share[cut] = inside.mean(axis=(1, 2))
+    points = np.stack(np.broadcast_arrays(y[cut][:, None, None] + at[:, None], z[cut][:, None, None] + at), axis=-1)
+    share[cut] = (wall.winding(points) > 0).reshape(-1, SUBS * SUBS).mean(axis=1)
     inner = np.arange(rings) * size
     outer = inner + size
     part = (np.arange(SUBS) + 0.5) / SUBS  # of equal area
     r = np.sqrt(inner[:, None] ** 2 + (outer**2 - inner**2)[:, None] * part)
     angle = 2 * math.pi * np.arange(ANGLES) / ANGLES
-    inside = profile.gap(r[..., None] * np.cos(angle), r[..., None] * np.sin(angle)) > 0
-    areas = math.pi * (outer**2 - inner**2) * inside.mean(axis=(1, 2))
+    inside = np.ones((r.size, ANGLES))
+    odd = r.ravel() >= wall.innermost
+    points = r.ravel()[odd][:, None, None] * np.column_stack([np.cos(angle), np.sin(angle)])
+    inside[odd] = (wall.winding(points) > 0).reshape(-1, ANGLES)
+    areas = math.pi * (outer**2 - inner**2) * inside.reshape(*r.shape, ANGLES).mean(axis=(1, 2))
     return size * size * share.ravel(), areas
 
 
 class Maps:
-    """The cross-section (y, z) and the axial map (x, r) of a drum with a milltools.geometry.profile.Profile,
-    `length` [m] long, with walls or periodic ends; `rings` of r."""
+    """The cross-section (y, z) and the axial map (x, r) of a container with a `wall`, a geometry.contour.Contour,
+    `length` [m] long, with walls or periodic ends; `rings` of r. `turns`: about its axis, and its frame does not."""
 
-    def __init__(self, profile, length, rings=RINGS, periodic=False):
-        radius = profile.outermost
+    def __init__(self, wall, length, rings=RINGS, periodic=False, turns=False):
+        radius = wall.outermost
         slices = int(min(max(math.floor(length / (radius / rings) + 0.5), 4), 400))
         half = length / 2
-        if profile.circle:
+        if wall.circle or turns:
             edge = np.arange(rings + 1) * (radius / rings)
             cells, ring = circle_cells(radius, 2 * rings), math.pi * (edge[1:] ** 2 - edge[:-1] ** 2)
         else:
-            cells, ring = _sub_points(profile, rings)
+            cells, ring = _sub_points(wall, rings)
         self.samples, self.periodic = 0, periodic
         self.cross = Map((2 * rings, 2 * rings), (-radius, -radius), (radius, radius), cells * length)
         self.axial = Map((slices, rings), (-half, 0.0), (half, radius), None)

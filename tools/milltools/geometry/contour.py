@@ -20,6 +20,7 @@ from milltools.base.text import plain
 TINY = 1e-9  # of the size of a contour: what is closer than this meets
 MOST_PIECES = 50_000
 LARGEST, BULGE = 1e12, 1e3  # a coordinate; a bulge
+CELLS = 24  # across a contour, for points that are computed together
 AT_ONCE = 2_000_000  # pairs that are computed together
 CORNER = math.radians(15)  # pieces that turn by more do not become one arc
 SLOT, WALLS = (
@@ -111,6 +112,25 @@ class Contour:
                 ends[:, axis] = np.where(self.is_arc & self._beside(slice(None), far), reach, ends[:, axis])
         return low, high
 
+    @functools.cached_property
+    def outermost(self) -> float:
+        """Largest distance from the origin [m]."""
+        away = np.hypot(*self.centre.T)
+        with np.errstate(all="ignore"):
+            far = self.centre * (1 + self.radius / away)[:, None]
+            there = self.is_arc & self._beside(slice(None), far)
+        return float(max(np.hypot(*self.start.T).max(), (away + self.radius)[there].max(initial=0)))
+
+    @functools.cached_property
+    def innermost(self) -> float:
+        """Least distance from the origin [m]."""
+        return float(self._away(np.zeros((1, 2)))[0])
+
+    @property
+    def circle(self) -> bool:
+        """Whether it is a circle about the origin."""
+        return self.innermost == self.outermost
+
     @property
     def _low(self):
         return self._boxes[0]
@@ -159,18 +179,21 @@ class Contour:
         return self._in_parts(self._winding, points)
 
     def _winding(self, p):
-        q, e = p[:, None] - self.start, p[:, None] - self.end
-        left = _cross(self.chord, q)
+        # pieces that a ray towards larger x can meet
+        low, high = p.min(axis=0) - TINY * self.size, p.max(axis=0) + TINY * self.size
+        k = np.flatnonzero((self._low[:, 1] <= high[1]) & (self._high[:, 1] >= low[1]) & (self._high[:, 0] >= low[0]))
+        q, e, chord = p[:, None] - self.start[k], p[:, None] - self.end[k], self.chord[k]
+        left = _cross(chord, q)
         # a point on a chord counts as if it were a little above, and less to the right
-        level = np.where(self.chord[:, 0] != 0, self.chord[:, 0], -self.chord[:, 1])
+        level = np.where(chord[:, 0] != 0, chord[:, 0], -chord[:, 1])
         left = np.where(left == 0, level, left)
         # up through the height of p with p on the left, or down with p on the right
         count = ((q[..., 1] >= 0) & (e[..., 1] < 0) & (left > 0)).sum(axis=1)
         count -= ((q[..., 1] < 0) & (e[..., 1] >= 0) & (left < 0)).sum(axis=1)
-        arcs = np.flatnonzero(self.is_arc)
+        arcs, left = k[self.is_arc[k]], left[:, self.is_arc[k]]
         way = np.sign(self.vertices[arcs, 2])
         within = np.hypot(*np.moveaxis(p[:, None] - self.centre[arcs], -1, 0)) < self.radius[arcs]
-        return count + np.where(within & (way * left[:, arcs] < 0), way, 0).sum(axis=1).astype(int)
+        return count + np.where(within & (way * left < 0), way, 0).sum(axis=1).astype(int)
 
     def gap(self, points) -> np.ndarray:
         """Distance [m] of points (N, 2) from the contour, below 0 in the solid."""
@@ -178,22 +201,33 @@ class Contour:
         return np.where(self.winding(points) > 0, away, -away)
 
     def _away(self, p):
-        d = p[:, None] - self.start
-        along = np.clip((d * self.unit).sum(axis=-1), 0, self.width)
-        away = np.hypot(*np.moveaxis(d - along[..., None] * self.unit, -1, 0))
-        arcs = np.flatnonzero(self.is_arc)
+        # pieces that can be the nearest ones of points in this box
+        low, high = p.min(axis=0), p.max(axis=0)
+        most = np.hypot(*(self.start - (low + high) / 2).T).min() + np.hypot(*(high - low)) / 2
+        apart = np.maximum(self._low - high, low - self._high).clip(0)
+        k = np.flatnonzero(np.hypot(*apart.T) <= most * (1 + 1e-9))
+        d = p[:, None] - self.start[k]
+        along = np.clip((d * self.unit[k]).sum(axis=-1), 0, self.width[k])
+        away = np.hypot(*np.moveaxis(d - along[..., None] * self.unit[k], -1, 0))
+        arcs, curved = k[self.is_arc[k]], self.is_arc[k]
         d = p[:, None] - self.centre[arcs]
         far = np.hypot(d[..., 0], d[..., 1])
         with np.errstate(all="ignore"):
             foot = self.centre[arcs] + d * (self.radius[arcs] / far)[..., None]
         ends = np.minimum(*(np.hypot(*np.moveaxis(p[:, None] - x[arcs], -1, 0)) for x in (self.start, self.end)))
-        away[:, arcs] = np.where(self._beside(arcs, foot), np.abs(far - self.radius[arcs]), ends)
+        away[:, curved] = np.where(self._beside(arcs, foot), np.abs(far - self.radius[arcs]), ends)
         return away.min(axis=1)
 
     def _in_parts(self, of, points):
         points = np.asarray(points, float).reshape(-1, 2)
-        some = max(1, AT_ONCE // len(self.vertices))
-        return np.concatenate([of(points[k : k + some]) for k in range(0, len(points), some)] or [np.zeros(0)])
+        found = np.zeros(len(points), int if of == self._winding else float)
+        # neighbours together, of which few pieces are near
+        cell = np.floor((points - self.box[0]) / (self.size / CELLS)).clip(-1, CELLS + 1) @ [CELLS + 3, 1]
+        order = np.argsort(cell, kind="stable")
+        for some in np.split(order, np.flatnonzero(np.diff(cell[order])) + 1) if len(points) else ():
+            for part in np.array_split(some, 1 + len(some) * len(self.vertices) // AT_ONCE):
+                found[part] = of(points[part])
+        return found
 
     # ---- where pieces meet
 
@@ -482,6 +516,22 @@ class Contour:
             return cls(rows)
         except ValueError as fault:
             raise UserError(f"{path}: {fault}") from None
+
+
+_made = functools.lru_cache(maxsize=32)(Contour)
+
+
+def of(deck, section="drum") -> Contour:
+    """The wall of the drum of a milltools.read.deck.Deck over y, z [m], or the contour of a body over its own x, y."""
+    try:
+        if section in deck.contours:
+            return _made(deck.contours[section])
+        if section != "drum":
+            raise ValueError("it has no contour")
+        radius = deck.number("drum.radius")
+        return _made(((radius, 0.0, 1.0), (-radius, 0.0, 1.0)))
+    except ValueError as fault:
+        raise UserError(f"{deck.path}: [{section}]: {fault}") from None
 
 
 def signed_area(rows) -> float:

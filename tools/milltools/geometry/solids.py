@@ -8,7 +8,7 @@ import math
 
 import numpy as np
 
-from milltools.geometry.profile import Profile
+from milltools.geometry import contour
 
 PARTS = ("drum", "walls", "shaft", "blades")
 SUNK = 0.005  # [m] depth of a blade's foot in the shaft, in thin shafts less
@@ -46,7 +46,8 @@ def blade_triangles(deck, turn):
 
 def circle(radius, tolerance, angle=0.0):
     """Outline (N, 2) of a circle, its first corner at `angle`; chords within the tolerance."""
-    return Profile(radius, angle=angle).outline(tolerance)
+    y, z = radius * math.cos(angle), radius * math.sin(angle)
+    return contour.Contour([(y, z, 1), (-y, -z, 1)]).flattened(tolerance)
 
 
 def _cross(a, b, c):
@@ -119,18 +120,18 @@ def _merged(outline, least):
 
 
 def parts(deck, tolerance, thickness) -> dict[str, list[np.ndarray]]:
-    """The closed bodies of each of PARTS at t = 0. Drum: a tube with the profile inside and a circle outside,
+    """The closed bodies of each of PARTS at t = 0. Drum: a tube with its contour inside and a circle outside,
     `thickness` [m] beyond the outermost point. Walls: discs that close the drum, if its ends are not periodic. Shaft,
     if there is one: from end to end. Blades: boxes from inside the shaft to their tips."""
-    profile, half, radius = Profile.of(deck.value), deck.number("drum.length") / 2, deck.shaft_radius
-    hole = profile.outline(tolerance)
+    wall, half, radius = contour.of(deck), deck.number("drum.length") / 2, deck.shaft_radius
+    hole = wall.flattened(tolerance)
     # begin at an outermost point, where the outer circle is near
     hole = np.roll(hole, -int(np.argmax(np.hypot(*hole.T))), axis=0)
-    hole = _merged(hole, MERGED * profile.radius)
+    hole = _merged(hole, MERGED * wall.outermost)
     angle = math.atan2(hole[0, 1], hole[0, 0])
-    tube = circle(profile.outermost + thickness, tolerance, angle)
+    tube = circle(wall.outermost + thickness, tolerance, angle)
     # half a side further: bodies that share edges would not be closed for readers that join all corners of a file
-    rim = circle(profile.outermost + thickness, tolerance, angle + math.pi / len(tube))
+    rim = circle(wall.outermost + thickness, tolerance, angle + math.pi / len(tube))
     return {
         "drum": [prism(tube, -half, half, hole)],
         "walls": [prism(rim, -half - thickness, -half), prism(rim, half, half + thickness)] * (not deck.periodic),

@@ -13,7 +13,7 @@ import functools
 import numpy as np
 
 from milltools.base.errors import UserError
-from milltools.geometry.profile import Profile
+from milltools.geometry import contour
 
 HALF_ULP = 2.0**-24  # states are stored in single precision
 SLACK = 4.0  # tolerance of comparisons, in bounds of the rounding errors
@@ -82,7 +82,7 @@ class Bounds:
     def __init__(self, run):
         self.still = not run.vessel and not run.text("drum/motion", "")
         if self.still:
-            self.profile = Profile.of_run(run)
+            self.wall = contour.of(run.as_deck)
             self.half = np.inf if run.slice_length else run.quantity("drum/length") / 2
         self.shaft = run.quantity("rotor/shaft_radius") if run.has_rotor else 0.0
         self.gravity = run.vector("gravity/acceleration")[:3]
@@ -93,9 +93,9 @@ class Bounds:
         """Which of the `balls` (indices) would overlap a wall or the shaft at these positions; (n,) bool."""
         if not self.still:
             return np.zeros(len(position), bool)
-        radius, least = self.radius[balls], -INSIDE * self.profile.radius
+        radius, least = self.radius[balls], -INSIDE * self.wall.outermost
         x, y, z = position.T
-        gap = np.minimum(self.profile.gap(y, z, radius), self.half - np.abs(x) - radius)
+        gap = np.minimum(self.wall.gap(position[:, 1:]), self.half - np.abs(x)) - radius
         if self.shaft > 0:
             gap = np.minimum(gap, np.hypot(y, z) - self.shaft - radius)
         return gap < least

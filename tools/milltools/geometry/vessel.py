@@ -1,22 +1,24 @@
-"""The container in its own frame (x along its axis): its outlines in the two views of the maps, and the volume of each
-map cell inside it. There are formulas for a drum; for a body the triangles of its surface are used."""
+"""The container in the frame of the maps (x along its axis): its outlines in the two views, and the volume of each
+map cell inside it. Drums and contours have formulas; for other bodies the triangles of their surface are used."""
 
 import numpy as np
 
 from milltools.base.text import literal
-from milltools.geometry.bodies import Mill, inverse, moved, outline
-from milltools.geometry.cells import Maps
-from milltools.geometry.profile import Profile
+from milltools.geometry import contour
+from milltools.geometry.bodies import Mill, inverse, moved, outline, seen
+from milltools.geometry.cells import RINGS, Maps
 
 RAYS = 6  # along each side of a cell, or across a ring
+MOST_RINGS = 100  # more are not millsim's
 AROUND = 180  # directions in which rings are sampled
 
 
-def of(run):
-    """The Drum or Container of a milltools.read.runfile.Run. `low`, `high`: its ends along x; `outermost`: its largest
-    distance from the axis [m]; `radial` (N, 2): its outline over (x, r); `across` (M, 2): its outline over (y, z);
-    `noise`: a cells.Maps with the cells of the file, or None."""
-    return Container(run) if run.vessel else Drum(run)
+def of(run, poses=None):
+    """The Drum or Container of a milltools.read.runfile.Run. `low`, `high`: its ends along x; `innermost`, `outermost`:
+    the least and largest distance of its wall from the axis [m]; `radial` (N, 2): its outline over (x, r); `across`
+    (M, 2): its outline over (y, z), at `poses` of the motions (default: at the start) if it `turns` in the frame of the
+    maps and is no circle; `noise`: a cells.Maps with the cells of the file, or None."""
+    return Container(run) if run.vessel and run.text(f"body.{run.vessel}/shape") != "contour" else Drum(run, poses)
 
 
 def axes(runs) -> dict[str, str]:
@@ -28,22 +30,32 @@ def axes(runs) -> dict[str, str]:
 
 
 class Drum:
-    def __init__(self, run):
-        self.profile, length = Profile.of_run(run), run.quantity("drum/length")
-        self.low, self.high, self.outermost = -length / 2, length / 2, self.profile.outermost
-        self.across, ends = self.profile.outline(), np.array([self.low, self.high, self.high, self.low])
+    def __init__(self, run, poses=None):
+        place = f"body.{run.vessel}" if run.vessel else "drum"
+        self.wall, length = contour.of(run.as_deck, place), run.quantity(f"{place}/length")
+        self.low, self.high = -length / 2, length / 2
+        self.innermost, self.outermost = self.wall.innermost, self.wall.outermost
+        self.across = self.wall.flattened(self.outermost / 2000)
+        ends = np.array([self.low, self.high, self.high, self.low])
         self.radial = np.column_stack([ends, self.outermost * np.array([0, 0, 1, 1])])
-        self._length, self._periodic = length, bool(run.slice_length)
-        self.still = not run.carrier
+        self.turns = run.steady != run.carrier and not self.wall.circle
+        if self.turns:
+            points = moved(run.vessel_frame(), np.insert(self.across, 0, 0, axis=1))
+            self.across = seen(run, run.carrier, points, poses or Mill.of(run).poses[0])[:, 1:]
+        self._length, self._periodic, self._still = length, bool(run.slice_length), not (run.vessel or run.steady)
+
+    def _maps(self, rings):
+        return Maps(self.wall, self._length, rings, self._periodic, self.turns)
 
     @property
     def noise(self):
-        """A new cells.Maps of its cells; None if the drum moves, because frames are in the laboratory."""
-        return Maps(self.profile, self._length, periodic=self._periodic) if self.still else None
+        """A new cells.Maps of its cells; None if their frame moves, because frames are in the laboratory."""
+        return self._maps(RINGS) if self._still else None
 
     def volume(self, view, edges):
         """Of the cells of a view within it (n, m) [m^3]."""
-        maps = Maps(self.profile, self._length)
+        rings = (len(edges[1]) - 1) // (2 if view == "cross_section" else 1)
+        maps = self._maps(min(max(rings, 1), MOST_RINGS))
         found = maps.cross if view == "cross_section" else maps.axial
         if found.n == tuple(len(e) - 1 for e in edges):
             return found.room.reshape(found.n)
@@ -62,7 +74,8 @@ class Container:
         self._shell, points, self.noise = shell, shell.reshape(-1, 3), None
         self.low, self.high = points[:, 0].min(), points[:, 0].max()
         away = np.hypot(points[:, 1], points[:, 2])
-        self.outermost = away.max()
+        self.innermost, self.turns = away.max(), False
+        self.outermost = self.innermost
         self.across = outline(points[:, 1:])
         both = np.concatenate([away, -away])
         self.radial = outline(np.column_stack([np.tile(points[:, 0], 2), both]))

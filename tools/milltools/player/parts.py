@@ -96,7 +96,7 @@ def still(run, limits=None) -> bytes:
     except UserError:  # no frame, or no 3D drawing without a display on this machine: draw the view along the axis
         figure = Canvas(figsize=(8, 6.4), layout="none")
         ax = figure.subplots()
-        overview.mill(ax, run)
+        overview.mill(ax, run, last=True)
         overview.draw_balls(ax, run)
         lay_out(figure)
         figure.savefig(store, format="png", dpi=100)

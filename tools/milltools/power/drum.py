@@ -7,7 +7,7 @@ import numpy as np
 
 from milltools.base.errors import UserError
 from milltools.base.text import plain
-from milltools.geometry.profile import Profile
+from milltools.geometry import contour
 from milltools.power import models
 from milltools.power.models import Mill
 from milltools.read.deck import Deck
@@ -70,10 +70,7 @@ def mill_of(deck: Deck, **more) -> Mill:
     if why := why_not(deck):
         raise UserError(f"{deck.path}: expected a horizontal drum that turns about its axis: {why}")
     kinds, voidage = [kind for kind in deck.species if kind.count], 0.4
-    try:
-        area = Profile.of(deck.value).area
-    except UserError as fault:
-        raise UserError(f"{deck.path}: {fault}") from None
+    area = contour.of(deck).area
     length, largest = deck.number("drum.length"), max(kind.diameter for kind in kinds)
     diameter, turns = 2 * math.sqrt(area / math.pi), rate(deck)
     sizes = diameter, length, turns, *(size for kind in kinds for size in (kind.diameter, kind.density))

@@ -6,6 +6,7 @@ Python never interprets units or defaults itself: the only reader of decks is in
 import collections
 import contextlib
 import dataclasses
+import functools
 import math
 import pathlib
 import sys
@@ -51,6 +52,8 @@ class Blade:
     pitch: float
 
 
+# what millsim needs beside a drum to tell its contour
+ANY_BALLS = "[run]\ntime = 1 s\n[balls]\ncount = 1\ndiameter = 1 um\ndensity = 1 kg/m^3\n[contact]\nrestitution = 1\n"
 Contact = collections.namedtuple("Contact", "restitution friction tangential_restitution")  # of one kind of contact
 
 
@@ -63,10 +66,13 @@ def _ask(path, overrides, *options):
 class Deck:
     """A deck in SI. `text` is the full deck as `millsim --check` prints it, `sections` its entries as texts (default:
     read from `text`). `place` names a value in messages, as in "mill.h5: damaged: /deck/drum/radius".
-    `digest`: Run.digest if it is the deck of a run."""
+    `digest`: Run.digest if it is the deck of a run, `outlines`: then the text of its contours."""
 
-    def __init__(self, text, path=None, overrides=(), sections=None, place="{path}: [{section}] {key}", digest=None):
-        self.text, self.path, self.overrides, self.place, self.digest = text, path, tuple(overrides), place, digest
+    def __init__(
+        self, text, path=None, overrides=(), sections=None, place="{path}: [{section}] {key}", digest=None, outlines=""
+    ):
+        self.text, self.path, self.overrides, self.place = text, path, tuple(overrides), place
+        self.digest, self.outlines = digest, outlines
         self.sections = deck_text.sections(text, path) if sections is None else sections
         for section, keys in self.sections.items():
             sized = section == "drum" or section.startswith(("ball", "blade"))
@@ -93,6 +99,35 @@ class Deck:
             table = np.loadtxt(file, ndmin=2)
         whole = np.pad(table, ((0, 0), (0, 9 - table.shape[1])))  # missing columns are 0
         return [part.copy() for part in np.split(whole, 3, axis=1)]
+
+    @functools.cached_property
+    def contours(self):
+        """Rows (x, y [m], bulge) of the contours by section, of the drum ("drum") if it is no circle, and of bodies,
+        as `millsim --contour` tells them; x, y of the drum are the mill's y, z, those of a body its own."""
+        said, found, rows = self.outlines, {}, []
+        odd = self.value("drum.profile", "circle") != "circle"
+        if not said and self.digest is None:
+            shapes = (self.value(f"body.{name}.shape") for name in self.bodies)
+            said = _ask(self.path, self.overrides, "--contour") if odd or "contour" in shapes else ""
+        elif not said and odd:  # a run of a version that kept no contours
+            own = "".join(f"{key} = {value}\n" for key, value in self.sections["drum"].items() if key != "motion")
+            with tempfile.TemporaryDirectory(prefix="mill-") as folder:
+                file = pathlib.Path(folder) / "drum.ini"
+                file.write_text(f"{ANY_BALLS}[drum]\n{own}")
+                try:
+                    said = _ask(file, (), "--contour")
+                except UserError as fault:
+                    raise self._fault("drum.profile", plain(str(fault).removeprefix(f"{file}:"))) from None
+        try:
+            for line in said.splitlines():
+                if line.startswith("# ["):
+                    rows = found.setdefault(line[3:-1], [])
+                else:
+                    x, y, bulge = map(float, line.split())
+                    rows.append((x, y, bulge))
+        except ValueError:
+            raise UserError(f"{self.path}: damaged: contour: {plain(line[:60])!r}") from None
+        return {section: tuple(rows) for section, rows in found.items()}
 
     def value(self, key, default=None):
         """The text of `section.key`; the name of the section can contain dots."""

@@ -59,6 +59,8 @@ PRECISION = {
     MEDIAN: "median_above_floor",
 }
 HARD_RATE, HARD_PER_JOULE = "hard_rate", "hard_per_joule"  # below /statistics/precision
+ROUND = {"cylinder", "cone", "capsule", "sphere", "contour"}  # shapes that can turn while their charge is steady
+Z = np.array([0.0, 0.0, 1.0])
 RATE = re.compile(r"impacts/([^/]+)/rate")
 
 
@@ -142,7 +144,7 @@ class Run(Store):
 
     def _largest_ball(self) -> float:
         """The largest possible diameter of a ball [m], with a margin for rounding."""
-        drum = 2 * self.quantity("drum/radius", np.inf) + 2 * self.quantity("drum/buckle_height", 0.0)
+        drum = 2 * self.quantity("drum/radius", np.inf) if self.text("drum/profile", "circle") == "circle" else np.inf
         return 1.001 * min(drum, max((kind.diameter for kind in self.as_deck.species), default=0.0))
 
     def _index_fault(self, path: str, values: Any, index: Any) -> str:
@@ -233,7 +235,8 @@ class Run(Store):
         names = [name for name in self.names("deck") if isinstance(self.find(f"deck/{name}"), h5py.Group)]
         names.sort(key=lambda n: (heads.index(n) if n in heads else len(heads), n))
         found = {name: {key: self.read(f"deck/{name}/{key}") for key in self.names(f"deck/{name}")} for name in names}
-        return Deck(self.deck_text(), self.path, (), found, "{path}: damaged: /deck/{section}/{key}", self.digest)
+        place, outlines = "{path}: damaged: /deck/{section}/{key}", self.has("deck/contour") and self.read("deck/contour")
+        return Deck(self.deck_text(), self.path, (), found, place, self.digest, outlines or "")
 
     def deck(self) -> dict[str, str]:
         """All values of the deck of the run: "section.key" -> text with its SI unit."""
@@ -303,6 +306,24 @@ class Run(Store):
     def carrier(self) -> str:
         """The motion that moves the container; "": it stands still."""
         return self.text(f"body.{self.vessel}/motion" if self.vessel else "drum/motion", "")
+
+    @functools.cached_property
+    def steady(self) -> str:
+        """The motion of the frame in which the charge is steady, which the maps use: `carrier`, or if the container is
+        round or a contour and turns about its own axis, what carries this motion; "": the laboratory."""
+        own, vessel = self.carrier, self.vessel
+        place = f"motion.{own}"
+        if not own or (vessel and self.text(f"body.{vessel}/shape", "") not in ROUND):
+            return own
+        if own != "rotor":
+            if self.text(f"{place}/kind", "turn") not in ("turn", "swing"):
+                return own
+            axis, centre = (self.vector(f"{place}/{k}") if self.text(f"{place}/{k}", "") else usual
+                            for k, usual in (("axis", Z), ("centre", np.zeros(3))))  # fmt: skip
+            frame, axis = self.vessel_frame(), axis / np.linalg.norm(axis)
+            if max(np.abs(np.cross(side, axis)).max() for side in (frame[:, 0], frame[:, 3] - centre)) > 1e-9:
+                return own
+        return self.text(f"{place}/on", "")
 
     def vessel_frame(self) -> np.ndarray:
         """The container's own frame with x along its axis, as a pose (3, 4) in the frame of its motion. The maps use
