@@ -10,7 +10,6 @@ import time
 
 import pytest
 from conftest import PROGRAM, SMALL, SMALL_START
-
 from milltools.geometry.profile import Profile
 
 ROWS = SMALL_START.splitlines()

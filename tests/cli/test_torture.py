@@ -9,9 +9,8 @@ import h5py
 import numpy as np
 import pytest
 from conftest import slow, some
-from soundness import depth_in_blades, mill_of, ms, sound
-
 from milltools.geometry.profile import Profile
+from soundness import depth_in_blades, mill_of, ms, sound
 
 HEAD = """\
 [run]

@@ -10,9 +10,8 @@ import h5py
 import numpy as np
 import pytest
 from conftest import PROGRAM, ROOT, slow
-from results import assert_same, status
-
 from milltools.geometry.profile import Profile
+from results import assert_same, status
 
 TRAJECTORY = "/particles/trajectory"
 STATES = {"Points": "position", "PointData/velocity": "velocity",

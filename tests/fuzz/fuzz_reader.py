@@ -31,9 +31,10 @@ BATCH = 50  # inputs in one process
 
 def ask(path):
     """Asks the reader for everything; what UserError refuses is refused."""
+    from milltools.geometry.profile import Profile
+
     from milltools.base.errors import UserError
     from milltools.geometry.bodies import read
-    from milltools.geometry.profile import Profile
     from milltools.geometry.trajectory import stored
     from milltools.read import motions, runfile
 

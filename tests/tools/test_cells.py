@@ -11,15 +11,15 @@ from conftest import slow
 from foreign import DECKS
 
 from milltools.foreign.digest import snapshot_times
+from milltools.geometry import contour
 from milltools.geometry.cells import Maps
-from milltools.geometry.profile import Profile
 
 
 @pytest.mark.parametrize("name", slow(["smooth, backwards", "wavy drum"], "wavy drum"))
 def test_frames_at_the_snapshots_times_make_the_maps_of_the_file(tmp_path, name):
     """Frames come at twice the rate of the snapshots, and include them."""
     deck, path = foreign.simulate(tmp_path, DECKS[name])
-    maps = Maps(Profile.of(deck.value), deck.number("drum.length"))
+    maps = Maps(contour.of(deck), deck.number("drum.length"))
     with h5py.File(path) as file:
         balls = file["particles/trajectory"]
         frames = np.argmin(np.abs(balls["position/time"][:] - snapshot_times(deck)[:, None]), axis=1)
@@ -41,7 +41,7 @@ def test_frames_at_the_snapshots_times_make_the_maps_of_the_file(tmp_path, name)
 
 
 def test_a_snapshot_of_4000_balls_costs_less_than_five_milliseconds():
-    maps = Maps(Profile(0.075), 0.12)
+    maps = Maps(contour.Contour([(0.075, 0, 1), (-0.075, 0, 1)]), 0.12)
     r, v = np.random.default_rng(1).uniform(-0.05, 0.05, (2, 4000, 3))
     seconds = []
     for _ in range(3):

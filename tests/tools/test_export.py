@@ -8,25 +8,20 @@ import numpy as np
 import pytest
 from conftest import ROOT, SMALL, slow
 
-from milltools.geometry import solids
-from milltools.geometry.profile import Profile
+from milltools.geometry import contour, solids
 from milltools.read.deck import Deck
 
 TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("extra", "<u2")])
 WAVY = SMALL.replace("radius = 30 mm\n", "radius = 30 mm\nprofile = wavy\n", 1)
 SHAPES = {
-    "circle": (SMALL, Profile(0.03)),
-    "wavy": (
-        WAVY.replace("wavy\n", "wavy\nbuckles = 5\nbuckle_height = 3 mm\nbuckle_angle = 20 deg\n"),
-        Profile(0.03, 5, 0.003, math.radians(20)),
-    ),
-    "overhanging": (
-        WAVY.replace("wavy\n", "wavy\nbuckles = 12\nbuckle_height = 5 mm\n"),
-        Profile(0.03, 12, 0.005),
-    ),
-    "hardly wavy": (
-        WAVY.replace("wavy\n", "wavy\nbuckles = 7\nbuckle_height = 1 nm\n"),
-        Profile(0.03, 7, 1e-9),
+    "circle": SMALL,
+    "wavy": WAVY.replace("wavy\n", "wavy\nbuckles = 5\nbuckle_height = 3 mm\nbuckle_angle = 20 deg\n"),
+    "overhanging": WAVY.replace("wavy\n", "wavy\nbuckles = 12\nbuckle_height = 5 mm\n"),
+    "hardly wavy": WAVY.replace("wavy\n", "wavy\nbuckles = 7\nbuckle_height = 1 nm\n"),
+    "lifters": WAVY.replace(
+        "wavy\n",
+        "lifters\nlifters = 6\nlifter_height = 4 mm\nlifter_width = 5 mm\n"
+        "lifter_front = 20 deg\nlifter_back = 30 deg\nlifter_rounding = 1 mm\n",
     ),
 }
 
@@ -74,8 +69,7 @@ def volume(corners):
 @pytest.mark.parametrize("shape", slow(SHAPES, "circle", "overhanging"))
 @pytest.mark.slow
 def test_every_body_is_closed_and_of_its_volume(mill, write_deck, tmp_path, shape):
-    text, profile = SHAPES[shape]
-    write_deck(text)
+    wall = contour.of(Deck.check(write_deck(SHAPES[shape])))
     sizes = {}
     for part in ("drum", "walls", *(("shaft", "blades") if shape == "circle" else ())):
         done = mill("export", "deck.ini", "mill.stl", "--part", part, "--tolerance", "5 um")
@@ -86,8 +80,8 @@ def test_every_body_is_closed_and_of_its_volume(mill, write_deck, tmp_path, shap
         for own, triangles in bodies(corners):
             assert closed(triangles)
             sizes.setdefault(part, []).append(volume(own))
-    rim = math.pi * (profile.outermost + 0.0015) ** 2  # a twentieth of the radius thick
-    assert sizes["drum"] == pytest.approx([(rim - profile.area) * 0.04], rel=3e-3)
+    rim = math.pi * (wall.outermost + 0.0015) ** 2  # a twentieth of the radius thick
+    assert sizes["drum"] == pytest.approx([(rim - wall.area) * 0.04], rel=3e-3)
     assert sizes["walls"] == pytest.approx([rim * 0.0015] * 2, rel=1e-3)
     if shape != "circle":
         return
@@ -136,13 +130,12 @@ def test_no_number_of_buckles_makes_drum_and_end_walls_share_an_edge(the_program
 
 
 def test_the_inner_surface_of_a_wavy_drum_is_its_profile(mill, write_deck, tmp_path):
-    text, profile = SHAPES["overhanging"]
-    write_deck(text)
+    profile = contour.of(Deck.check(write_deck(SHAPES["overhanging"])))
     assert mill("export", "deck.ini", "mill.stl", "--part", "drum").returncode == 0
     _, _, corners = read(tmp_path / "mill.stl")
     points = np.unique(corners.reshape(-1, 3), axis=0).astype(float)
     assert set(np.abs(points[:, 0])) == {np.float64(np.float32(0.02))}
-    gap = profile.gap(points[:, 1], points[:, 2])
+    gap = profile.gap(points[:, 1:])
     assert (np.abs(gap) < 1e-8).sum() > 200  # the wall; all others are on the outer circle
     rest = points[np.abs(gap) >= 1e-8]
     assert np.hypot(*rest.T[1:]) == pytest.approx(profile.outermost + 0.0015, abs=1e-8)

@@ -37,7 +37,7 @@ from milltools.figures import (
     spectra,
     style,
 )
-from milltools.geometry.profile import Profile
+from milltools.geometry import contour
 from milltools.read.histogram import Histogram, _of_pairs
 from milltools.read.kinds import KINDS
 from milltools.read.runfile import Run
@@ -469,13 +469,15 @@ def test_a_cross_section_is_drawn_within_the_wall(mixture, name):
     figure = FIGURES[name].draw(mixture)
     ax = figure.axes[0]
     rim = next(p for p in ax.patches if p.get_label() == "_drum")
-    profile = Profile(0.04, 8, 0.004)
-    assert abs(profile.gap(*rim.get_xy().T)).max() < 1e-15
+    wall = contour.of(mixture.as_deck)
+    assert abs(wall.gap(rim.get_xy())).max() < 1e-15
     image = ax.collections[0]
     assert image.get_rasterized() and image.get_clip_path() is not None
     edges = mixture.edges()
     corners = np.meshgrid(*edges, indexing="ij")
-    outside = profile.gap(*corners) < -0.1 * np.ptp(edges[0])  # far from the wall
+    outside = wall.gap(np.stack(corners, axis=-1)).reshape(corners[0].shape) < -0.1 * np.ptp(
+        edges[0]
+    )  # far from the wall
     value = image.get_array().reshape(60, 60).T
     mask = np.ma.getmaskarray(np.ma.masked_invalid(value))
     assert mask[outside[:-1, :-1] & outside[1:, 1:]].all()

@@ -11,7 +11,7 @@ from conftest import ROOT, SMALL
 from matplotlib.patches import Polygon
 
 from milltools.figures import FIGURES, overview, style
-from milltools.geometry.profile import Profile
+from milltools.geometry import contour
 from milltools.read.runfile import Run
 
 
@@ -43,12 +43,11 @@ def test_a_wavy_drum_is_drawn_along_its_wall(millsim, write_deck, tmp_path):
     write_deck(WAVY)
     assert millsim("deck.ini", "-q").returncode == 0
     with Run(tmp_path / "deck.h5") as run:
-        figure = overview.draw(run)
-    profile = Profile(0.03, 12, 0.006)
+        figure, wall = overview.draw(run), contour.of(run.as_deck)
     for ax in figure.axes[:2]:
         rim = next(p for p in ax.patches if isinstance(p, Polygon))
         points = rim.get_xy()
-        assert abs(profile.gap(*points.T)).max() < 1e-15
+        assert abs(wall.gap(points)).max() < 1e-15
         assert len(points) > 100 and np.hypot(*points.T).max() == pytest.approx(0.036)
         assert ax.get_xlim()[1] > 0.036  # all of it is seen
 

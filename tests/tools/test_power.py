@@ -16,6 +16,7 @@ from scipy.integrate import quad
 import milltools
 from milltools.__main__ import dispatch
 from milltools.base.errors import UserError
+from milltools.geometry import contour
 from milltools.power import drum, models
 from milltools.power.models import MODELS, Mill
 from milltools.read.deck import Deck
@@ -198,7 +199,7 @@ def test_the_deck_of_bonds_mill_is_the_worked_mill(the_program):
 def test_a_wavy_drum_counts_with_the_circle_of_its_area(write_deck, the_program):
     deck = write_deck(DRUM.replace("motion = turn\n", "motion = turn\nprofile = wavy\nbuckles = 6\n", 1).replace(
         "[motion", "buckle_height = 4 mm\n[motion", 1))  # fmt: skip
-    area = drum.Profile(0.05, 6, 0.004).area
+    area = contour.of(Deck.check(deck)).area
     assert drum.mill_of(Deck.check(deck)).diameter == pytest.approx(2 * math.sqrt(area / math.pi), rel=1e-12)
     assert abs(area / (math.pi * 0.05**2) - 1) > 1e-3
 

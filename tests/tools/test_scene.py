@@ -14,8 +14,8 @@ import pytest
 from conftest import PROGRAM, ROOT, SMALL
 
 from milltools.base.errors import UserError
+from milltools.geometry import contour
 from milltools.geometry.bodies import Mill
-from milltools.geometry.profile import Profile
 from milltools.geometry.trajectory import State
 from milltools.read.runfile import Run
 from milltools.render import camera, colour, overlay, pov, scene
@@ -255,8 +255,8 @@ def test_a_wavy_wall_differs_from_a_circle_where_its_profile_says(runs):
     view = camera.Camera(np.array([1.0, 0, 0]), np.zeros(3), np.array([0, 0, 1.0]), 0.0, 0.09)
     for name in ("still", "wavy"):
         images[name], _ = picture(runs(name), state(np.zeros((20, 3))), view, (300, 300))
-    wavy, circle = (Profile.of(runs(name).deck().get) for name in ("wavy", "still"))
-    step = np.pi / wavy.buckles
+    wavy, circle = (contour.of(runs(name).as_deck) for name in ("wavy", "still"))
+    step = np.pi / 4
     for angle, radius in (
         (0.0, wavy.outermost),
         (step, wavy.innermost),
@@ -265,7 +265,7 @@ def test_a_wavy_wall_differs_from_a_circle_where_its_profile_says(runs):
         place = (0.021, *(radius * np.array([np.cos(angle), np.sin(angle)])))
         assert at(images["wavy"], view, place).max() < 130  # the dark rim
         assert at(images["still"], view, place).min() > 180
-        place = (0.021, *(circle.radius * np.array([np.cos(angle), np.sin(angle)])))
+        place = (0.021, *(circle.outermost * np.array([np.cos(angle), np.sin(angle)])))
         assert at(images["wavy"], view, place).min() > 180
         assert at(images["still"], view, place).max() < 130
 
@@ -615,13 +615,13 @@ def test_what_povray_cannot_read_is_told_in_one_line():
 
 
 def test_the_container_is_as_the_deck_says_and_has_bars_along_its_sharp_edges(runs):
-    mill, profile = Mill.of(runs("wavy")), Profile.of(runs("wavy").deck().get)
+    mill, profile = Mill.of(runs("wavy")), contour.of(runs("wavy").as_deck)
     wall = mill.glass.reshape(-1, 3)  # without the flat ends
-    assert np.abs(profile.gap(wall[:, 1], wall[:, 2])).max() < 1e-8  # single precision
+    assert np.abs(profile.gap(wall[:, 1:])).max() < 1e-8  # single precision
     assert np.abs(wall[:, 0]).max() == pytest.approx(0.02)
     for edge in mill.edges:
         assert np.abs(edge[:, 0]) == pytest.approx(0.02)
-        assert np.abs(profile.gap(edge[:, 1], edge[:, 2])).max() < 1e-8
+        assert np.abs(profile.gap(edge[:, 1:])).max() < 1e-8
     around = np.linalg.norm(mill.edges[:, 1] - mill.edges[:, 0], axis=1).sum()
     assert around == pytest.approx(2 * profile.length, rel=0.01)
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from milltools.foreign.digest import snapshot_times
+from milltools.geometry import contour
 from milltools.geometry.cells import Maps
-from milltools.geometry.profile import Profile
 from milltools.geometry.trajectory import Trajectory, stored
 from milltools.read.deck import Deck
 from milltools.read.runfile import Run
@@ -71,7 +71,7 @@ def test_frames_make_the_maps_of_the_file_also_next_to_the_ends(run, tmp_path, t
     run()
     deck = Deck.check(tmp_path / "deck.ini")
     with Run(tmp_path / "0.h5") as file:
-        times, maps = snapshot_times(deck), Maps(Profile.of(deck.value), 0.02, periodic=True)
+        times, maps = snapshot_times(deck), Maps(contour.of(deck), 0.02, periodic=True)
         frames = np.argmin(np.abs(file.frame_times() - times[:, None]), axis=1)
         for k in frames:
             state = stored(file, int(k))

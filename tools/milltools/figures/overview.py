@@ -30,8 +30,8 @@ def draw(run) -> Canvas:
 
 
 def mill(ax, run, last=False):
-    """Prepares axes (y, z), draws the container's wall (at the start or in the last frame); returns a patch to clip a map
-    with."""
+    """Prepares axes (y, z), draws the container's wall, at the start or in the `last` frame; returns a patch to clip a
+    map with."""
     frames = len(run.frame_times())
     holds = vessel.of(run, run.poses(frames - 1) if last and frames else None)
     words, reach = vessel.axes([run]), 1.02 * holds.outermost

@@ -523,13 +523,12 @@ _made = functools.lru_cache(maxsize=32)(Contour)
 
 def of(deck, section="drum") -> Contour:
     """The wall of the drum of a milltools.read.deck.Deck over y, z [m], or the contour of a body over its own x, y."""
-    try:
-        if section in deck.contours:
-            return _made(deck.contours[section])
-        if section != "drum":
-            raise ValueError("it has no contour")
+    rows = deck.contours.get(section, ())
+    if not rows and section == "drum":
         radius = deck.number("drum.radius")
-        return _made(((radius, 0.0, 1.0), (-radius, 0.0, 1.0)))
+        rows = (radius, 0.0, 1.0), (-radius, 0.0, 1.0)
+    try:
+        return _made(rows)
     except ValueError as fault:
         raise UserError(f"{deck.path}: [{section}]: {fault}") from None
 

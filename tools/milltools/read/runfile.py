@@ -235,8 +235,10 @@ class Run(Store):
         names = [name for name in self.names("deck") if isinstance(self.find(f"deck/{name}"), h5py.Group)]
         names.sort(key=lambda n: (heads.index(n) if n in heads else len(heads), n))
         found = {name: {key: self.read(f"deck/{name}/{key}") for key in self.names(f"deck/{name}")} for name in names}
-        place, outlines = "{path}: damaged: /deck/{section}/{key}", self.has("deck/contour") and self.read("deck/contour")
-        return Deck(self.deck_text(), self.path, (), found, place, self.digest, outlines or "")
+        place, outlines = "{path}: damaged: /deck/{section}/{key}", ""
+        if self.has("deck/contour"):
+            outlines = self.read("deck/contour")
+        return Deck(self.deck_text(), self.path, (), found, place, self.digest, outlines)
 
     def deck(self) -> dict[str, str]:
         """All values of the deck of the run: "section.key" -> text with its SI unit."""
