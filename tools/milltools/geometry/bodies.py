@@ -198,8 +198,8 @@ class Mill:
 
     @functools.cached_property
     def edges(self) -> np.ndarray:
-        """Sharp edges of the container (E, 2, 3) [m], in its motion's frame."""
-        return sharp_edges(self.shell, SAME * self.size)
+        """Sharp edges of the container (E, 2, 3) [m], and those of its open ends, in its motion's frame."""
+        return sharp_edges(self.shell, SAME * self.size, ends=True)
 
     @functools.cached_property
     def creases(self) -> dict[str, np.ndarray]:
@@ -225,9 +225,9 @@ class Mill:
         return bars(self.edges, self.rim)
 
 
-def sharp_edges(triangles, same):
-    """Edges (E, 2, 3) of triangles (T, 3, 3) between two faces that turn by more than SHARP; corners nearer than `same`
-    [m] are one."""
+def sharp_edges(triangles, same, ends=False):
+    """Edges (E, 2, 3) of triangles (T, 3, 3) between two faces that turn by more than SHARP, with `ends` also those of
+    one face; corners nearer than `same` [m] are one."""
     triangles = triangles[facing(triangles)[1] > same**2]
     _, index = np.unique(np.round(triangles.reshape(-1, 3) / same), axis=0, return_inverse=True)
     index = index.reshape(-1, 3)
@@ -240,7 +240,8 @@ def sharp_edges(triangles, same):
     edge, owner = edge.ravel()[order], owner[order]
     pairs = np.flatnonzero(edge[1:] == edge[:-1])
     turn = np.einsum("ij,ij->i", normal[owner[pairs]], normal[owner[pairs + 1]])
-    return places[first[edge[pairs[turn < SHARP]]]]
+    alone = np.flatnonzero(np.bincount(edge) == 1) if ends else []
+    return places[first[np.r_[edge[pairs[turn < SHARP]], alone].astype(int)]]
 
 
 def bars(edges, width):

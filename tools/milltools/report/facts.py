@@ -10,6 +10,7 @@ import numpy as np
 from milltools.base.errors import UserError
 from milltools.base.text import SPACE, Number, brief, count, plain, plural, quantity, scaled, share, small, with_error
 from milltools.dose import dose
+from milltools.geometry import contour
 from milltools.read import kinds, motions, sums
 
 WITH_VALUE = ("-o", "--output", "-s", "--set", "--export-start", "--value", "--progress", "--part")
@@ -67,18 +68,29 @@ def _vessel(run) -> str:
     """The container, such as "a round drum, 150 mm in diameter and 120 mm long inside"."""
     if run.vessel:
         place, sizes = f"body.{run.vessel}", []
+        if (shape := run.text(f"{place}/shape")) == "contour":
+            sizes.append(_box(run, place))
         for name in ("size", "radius", "end_radius", "length"):
             if run.text(f"{place}/{name}", ""):
                 millimetres = " x ".join(f"{1e3 * v:.4g}" for v in run.vector(f"{place}/{name}"))
                 sizes.append(f"{name.replace('_', ' ')} {millimetres}{SPACE}mm")
         of = f" of {joined(sizes)}" if sizes else ""
-        return f"the container “{plain(run.vessel)}”, a {plain(run.text(f'{place}/shape'))}{of}"
-    wide, long = length(2 * run.quantity("drum/radius")), length(run.quantity("drum/length"))
-    long += " long with periodic ends" if run.slice_length else " long inside"
-    if run.text("drum/profile", "circle") != "wavy":
-        return f"a round drum, {wide} in diameter and {long}"
-    buckles = f"{run.quantity('drum/buckles'):.0f} buckles of {length(run.quantity('drum/buckle_height'))}"
-    return f"a wavy drum, {wide} in mean diameter and {long} ({buckles})"
+        return f"the container “{plain(run.vessel)}”, a {plain(shape)}{of}"
+    long = length(run.quantity("drum/length")) + (" long with periodic ends" if run.slice_length else " long inside")
+    wide, profile = length(2 * run.quantity("drum/radius")), run.text("drum/profile", "circle")
+    if profile == "file":
+        return f"a drum with a contour of {_box(run, 'drum')}, {long}"
+    mean = "mean " * (profile in ("wavy", "harmonics"))
+    wall = "wavy drum" if mean else "drum with lifters" if profile == "lifters" else "round drum"
+    part = {"wavy": "buckle", "lifters": "lifter"}.get(profile)
+    if part:
+        long += f" ({run.quantity(f'drum/{part}s'):.0f} {part}s of {length(run.quantity(f'drum/{part}_height'))})"
+    return f"a {wall}, {wide} in {mean}diameter and {long}"
+
+
+def _box(run, section) -> str:
+    """The size of a contour, such as "70 x 65 mm"."""
+    return " x ".join(f"{1e3 * v:.4g}" for v in np.ptp(contour.of(run.as_deck, section).box, axis=0)) + f"{SPACE}mm"
 
 
 def mill(run) -> str:
