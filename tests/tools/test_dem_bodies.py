@@ -257,6 +257,72 @@ def test_a_stop_while_samples_are_awaited_leaves_none_half_done(monkeypatch):
     assert len(reached) == 3 and reached[-1] > 0
 
 
+# ---- contours ----
+
+LIFTED = """\
+[motion.roll]
+kind = turn
+axis = 1 0 0
+speed = 5 rad/s
+[drum]
+radius = 0.05 m
+length = 0.04 m
+profile = lifters
+lifters = 4
+lifter_height = 0.008 m
+lifter_width = 0.01 m
+lifter_front = 20 deg
+lifter_back = 20 deg
+"""
+STAR = "0.02 0 0\n0.005 0.005 0\n0 0.02 0\n-0.005 0.005 0\n-0.02 0 0\n0 -0.01 0\n"
+
+
+def lifted(write_deck, *changes):
+    return Deck.check(write_deck(HEAD + LIFTED), changes)
+
+
+def test_plates_between_lifters_are_a_cylinder_and_their_sides_facets_that_turn_with_it(write_deck, the_program):
+    mantle, sides, _ = Setup(lifted(write_deck, "drum.motion=roll", "contact.friction=0.3")).walls
+    assert [words for _, words, *_ in mantle.primitives] == ["xcylinder 0.050000000000000003 0 0"]
+    assert sides.motion.speed == 5 and len(sides.triangles) == 4 * 3 * 2
+    corners = sides.triangles.reshape(-1, 3)
+    assert np.abs(corners[:, 0]) == pytest.approx(0.02)
+    away = np.unique(np.round(np.hypot(*corners.T[1:]), 9))
+    assert away == pytest.approx([np.hypot(0.042, 0.005), 0.05], abs=1e-9)  # edges of the tops; feet
+
+
+def test_a_contour_of_lines_is_a_prism_or_its_sides(write_deck, the_program, tmp_path):
+    (tmp_path / "star.txt").write_text(STAR)
+    body = "[body.{}]\nshape = contour\nfile = star.txt\nlength = 0.02 m\nside = {}\n"
+    star = Setup(Deck.check(write_deck(HEAD + BOX + body.format("star", "outside")))).walls[-1].triangles
+    volume = np.einsum("ij,ij->i", star[:, 0], np.cross(star[:, 1], star[:, 2])).sum() / 6
+    assert len(star) == 2 * 4 + 2 * 6 and volume == pytest.approx(0.02 * 4e-4, rel=1e-12)
+    walls = Setup(Deck.check(write_deck(HEAD + body.format("jar", "inside")), ["balls.diameter=1 mm"])).walls
+    assert [len(wall.triangles) for wall in walls] == [2 * 6, 0] and len(walls[1].primitives) == 2  # sides; ends
+
+
+def test_a_curved_part_of_a_contour_is_refused(write_deck, the_program, tmp_path):
+    with pytest.raises(UserError, match="arcs that are not on one circle: .*; set 'lifter_rounding = 0 mm'"):
+        Setup(lifted(write_deck, "drum.lifter_rounding=1 mm"))
+    angle = 2 * np.pi * np.arange(48) / 48
+    (tmp_path / "tube.txt").write_text("".join(f"{0.05 * np.cos(a):.17g} {0.05 * np.sin(a):.17g}\n" for a in angle))
+    text = LIFTED[: LIFTED.index("profile")] + "profile = file\nfile = tube.txt\n"
+    with pytest.raises(UserError, match="its lines make a curved wall, on which LIGGGHTS adds up"):
+        Setup(Deck.check(write_deck(HEAD + text)))
+
+
+@pytest.mark.slow
+@needs_liggghts
+def test_a_ball_rebounds_from_the_top_of_a_lifter_and_from_the_plate(the_program):
+    deck = deck_of(LIFTED)
+    for angle, away in ((0.0, 0.042), (np.pi / 4, 0.05)):
+        way = np.array([0, np.cos(angle), np.sin(angle)])
+        mill, seen = follow(deck, 0.02 * way, 2 * way, 0.02)
+        assert seen.all("normal_speed") == pytest.approx([2], rel=1e-2)
+        assert seen.all("time") == pytest.approx([(away - 0.005 - 0.02) / 2], abs=2e-4)
+        assert seen.velocity[0] == pytest.approx(-0.8 * 2 * way, abs=0.02)
+
+
 # ---- what is refused ----
 
 TURN = "[motion.m]\nkind = turn\nspeed = 10 rad/s\n"
@@ -264,11 +330,11 @@ OFF = "axis = 1 0 0\n"
 REFUSED = {
     "capsule": (
         JAR.replace("cylinder", "capsule").replace("motion = jar\n", ""),
-        "[body.jar] shape: expected cylinder, box or mesh, got capsule: LIGGGHTS has no such primitive",
+        "[body.jar] shape: expected cylinder, box, contour or mesh, got capsule: LIGGGHTS has no such primitive",
     ),
     "a pin": (
         BOX + "[body.pin]\nshape = cylinder\nradius = 0.002 m\nlength = 0.01 m\n",
-        "[body.pin] shape: expected box or mesh, got cylinder: LIGGGHTS has no such",
+        "[body.pin] shape: expected box, contour or mesh, got cylinder: LIGGGHTS has no such",
     ),
     "rounded": (
         BOX + "[body.bar]\nshape = box\nsize = 0.01 0.01 0.01 m\nrounding = 0.001 m\n",

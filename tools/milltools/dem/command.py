@@ -22,7 +22,6 @@ from milltools.base.progress import Progress, say
 from milltools.base.text import plain
 from milltools.dem import script, singles
 from milltools.dem.liggghts import command
-from milltools.dem.meshes import ADDS_UP
 from milltools.dem.model import STEEL, Model, sticking_restitution, tangential_damping
 from milltools.dem.setup import setup_of
 from milltools.dem.soft_mill import HALF_AN_INTERVAL, SoftMill
@@ -89,11 +88,6 @@ def add_arguments(parser):
 
 def refuse(deck):
     """UserError for decks that LIGGGHTS cannot run correctly."""
-    profile = deck.value("drum.profile", "circle")
-    if profile != "circle":
-        raise UserError(
-            f"{deck.path}: [drum] profile: expected 'circle', got '{profile}': on a curved wall of triangles {ADDS_UP}"
-        )
     setup_of(deck)
     for kind in deck.kinds:
         own = f"contact.{kind}" if f"contact.{kind}" in deck.sections else "contact"

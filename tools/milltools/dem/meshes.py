@@ -11,14 +11,17 @@ from scipy.spatial.transform import Rotation
 
 from milltools.base.errors import UserError
 from milltools.dem.paths import direction, vector
+from milltools.geometry import contour
 from milltools.geometry.bodies import facing, moved
-from milltools.geometry.solids import CORNERS, FACES
+from milltools.geometry.solids import CORNERS, FACES, prism
 from milltools.geometry.stl import FACET, HEAD
 
 NO_MESH = np.empty((0, 3, 3))
 FLAT = np.cos(np.radians(10))  # between neighbouring facets: with a smaller angle they belong to a curved wall
+SAME = 1e-9  # of a radius
 SHAFT, BLADE = 3, 4  # kinds
 ADDS_UP = "LIGGGHTS adds up the forces of neighbours, which changes restitution"
+CURVED = f"LIGGGHTS has no such primitive, and on a curved wall of triangles {ADDS_UP.replace('LIGGGHTS', 'it')}"
 
 
 class Wall(typing.NamedTuple):
@@ -102,9 +105,32 @@ def read_stl(path):
     return np.array([words[1:4] for words in lines if words[:1] == ["vertex"]], float).reshape(-1, 3, 3)
 
 
+def lining(deck, section):
+    """(outermost radius [m], whether a part of the wall is on this circle, triangles of its other sides) of a container
+    with a contour, from end to end; x is along its axis. UserError for arcs that are not on the circle."""
+    wall, half = contour.of(deck, section), deck.number(f"{section}.length") / 2
+    own = wall.is_arc & (wall.vertices[:, 2] > 0) & (np.hypot(*wall.centre.T) < SAME * wall.outermost)
+    own &= np.abs(wall.radius - wall.outermost) < SAME * wall.outermost
+    if (wall.is_arc & ~own).any():
+        mend = "; set 'lifter_rounding = 0 mm'" * (deck.number(f"{section}.lifter_rounding", 0.0) > 0)
+        raise UserError(f"{deck.path}: [{section}]: its wall has arcs that are not on one circle: {CURVED}{mend}")
+    (a, b), (c, d) = ([np.insert(p[~own], 0, x, axis=1) for x in (half, -half)] for p in (wall.start, wall.end))
+    sides = np.concatenate([np.stack([a, b, c], axis=1), np.stack([b, d, c], axis=1)])
+    if curved(sides):
+        raise UserError(f"{deck.path}: [{section}]: its lines make a curved wall, on which {ADDS_UP}")
+    return wall.outermost, bool(own.any()), sides
+
+
 def own_triangles(deck, name):
-    """Triangles of a box or mesh around its own origin, facing outwards; coordinates are along its own z, x, y."""
+    """Triangles of a box, contour or mesh around its own origin, facing outwards; coordinates are along its own z, x,
+    y."""
     place, shape = f"body.{name}", deck.value(f"body.{name}.shape")
+    if shape == "contour":
+        wall, half = contour.of(deck, place), deck.number(f"{place}.length") / 2
+        triangles = prism(wall.start, -half, half)
+        if wall.is_arc.any() or curved(triangles):
+            raise fault(deck, name, "file", f"expected a contour of lines with corners: {CURVED}")
+        return triangles
     if shape == "box":
         corner = (CORNERS * [0.5, 1, 0.5] - [0, 0.5, 0]) * np.roll(deck.numbers(f"{place}.size"), 1)
         return np.array([corner[list(t)] for a, b, c, d in FACES for t in ((a, b, c), (a, c, d))])
@@ -120,6 +146,8 @@ def own_triangles(deck, name):
 
 def curved(triangles):
     """Whether facets that share an edge are nearly, but not exactly, in one plane."""
+    if not len(triangles):
+        return False
     normal, owner = facing(triangles)[0], {}
     for k, triangle in enumerate(np.round(triangles / np.abs(triangles).max(), 6)):
         for a, b in ((0, 1), (1, 2), (2, 0)):

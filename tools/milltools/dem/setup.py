@@ -13,12 +13,11 @@ import typing
 import numpy as np
 
 from milltools.base.errors import UserError
-from milltools.dem.meshes import ADDS_UP, BLADE, SHAFT, Wall, axes, copies, cylinder, ends, fault, own_triangles
+from milltools.dem.meshes import BLADE, CURVED, SHAFT, Wall, axes, copies, cylinder, ends, fault, lining, own_triangles
 from milltools.dem.paths import Chain, Rotation, motion
 from milltools.geometry.bodies import moved
 from milltools.geometry.solids import blade_triangles
 
-CURVED = f"LIGGGHTS has no such primitive, and on a curved wall of triangles {ADDS_UP.replace('LIGGGHTS', 'it')}"
 ALONE = "mill dem can then compute only the sum of the forces on all walls"
 
 
@@ -105,10 +104,14 @@ class Setup:
 
     def _container(self):
         shape = self.deck.value(f"{self.place}.shape") if self.vessel else "drum"
-        if shape in ("drum", "cylinder"):
-            return self._round()
+        if shape == "cylinder":
+            return self._round(self.deck.number(f"{self.place}.radius"))
+        if shape in ("drum", "contour"):
+            return self._round(*lining(self.deck, self.place))
         if shape not in ("box", "mesh"):
-            raise fault(self.deck, self.vessel, "shape", f"expected cylinder, box or mesh, got {shape}: {CURVED}")
+            raise fault(
+                self.deck, self.vessel, "shape", f"expected cylinder, box, contour or mesh, got {shape}: {CURVED}"
+            )
         triangles = own_triangles(self.deck, self.vessel)
         corner, still = np.abs(triangles).reshape(-1, 3), self.spin is None
         self.half = corner.max(axis=0) if still else np.full(3, np.linalg.norm(corner, axis=1).max())
@@ -118,9 +121,9 @@ class Setup:
         places = zip("xxyyzz", np.repeat(self.half, 2) * [-1, 1, -1, 1, -1, 1], strict=True)
         return [Wall(kind, [(f"side{k}", f"{axis}plane {at:.17g}", "", None) for k, (axis, at) in enumerate(places)])]
 
-    def _round(self):
-        deck, spin = self.deck, self.spin
-        radius, length = deck.number(f"{self.place}.radius"), deck.number(f"{self.place}.length")
+    def _round(self, radius, mantle=True, sides=()):
+        """A cylinder with flat ends, of which only a part may be there (`mantle`), and flat sides within it."""
+        deck, spin, length = self.deck, self.spin, self.deck.number(f"{self.place}.length")
         kinds = [deck.kinds.index(deck.kind_of(self.vessel))] * 2 if self.vessel else (1, 2)
         rubs = [deck.contact(deck.kinds[kind]).friction > 0 for kind in kinds]
         self.inner = np.array([length / 2, radius, radius])
@@ -135,10 +138,9 @@ class Setup:
                 )
             self.half[1:] = 4.5 * radius if rubs[1] else radius  # with large facets at the ends
         rolling = [radius - kind.diameter / 2 for kind in deck.species] if spin and rubs[0] else ()
-        return [
-            cylinder(kinds[0], "drum", radius, spin, rolling),
-            ends(kinds[1], length / 2, spin, radius if spin and rubs[1] else None),
-        ]
+        walls = [cylinder(kinds[0], "drum", radius, spin, rolling)] if mantle else []
+        walls += [Wall(kinds[0], (), spin, sides)] if len(sides) else []
+        return [*walls, ends(kinds[1], length / 2, spin, radius if spin and rubs[1] else None)]
 
     # ---- bodies in the container
 
@@ -156,8 +158,8 @@ class Setup:
     def _body(self, name):
         deck, place = self.deck, f"body.{name}"
         shape = deck.value(f"{place}.shape")
-        if shape not in ("box", "mesh"):
-            raise fault(deck, name, "shape", f"expected box or mesh, got {shape}: {CURVED}")
+        if shape not in ("box", "contour", "mesh"):
+            raise fault(deck, name, "shape", f"expected box, contour or mesh, got {shape}: {CURVED}")
         if deck.number(f"{place}.rounding", 0.0) > 0:
             raise fault(deck, name, "rounding", CURVED)
         chain = Chain(deck, deck.value(f"{place}.motion", ""))
