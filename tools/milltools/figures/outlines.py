@@ -78,7 +78,7 @@ def signs(run, view) -> str:
     if run.has_rotor:
         found.append("grey: the shaft")
     elif view != "axial" and any(body.motion == run.carrier for body in inner):
-        passing = run.carrier != run.steady
+        passing = run.carrier != run.mapped
         found.append("grey: bodies fixed to the container" + ", which turn with it" * bool(passing))
     if view != "axial" and vessel.of(run).turns:
         found.append("the wall turns; it is drawn as at the start")

@@ -38,11 +38,11 @@ class Drum:
         self.across = self.wall.flattened(self.outermost / 2000)
         ends = np.array([self.low, self.high, self.high, self.low])
         self.radial = np.column_stack([ends, self.outermost * np.array([0, 0, 1, 1])])
-        self.turns = run.steady != run.carrier and not self.wall.circle
+        self.turns = run.mapped != run.carrier and not self.wall.circle
         if self.turns:
             points = moved(run.vessel_frame(), np.insert(self.across, 0, 0, axis=1))
             self.across = seen(run, run.carrier, points, poses or Mill.of(run).poses[0])[:, 1:]
-        self._length, self._periodic, self._still = length, bool(run.slice_length), not (run.vessel or run.steady)
+        self._length, self._periodic, self._still = length, bool(run.slice_length), not (run.vessel or run.mapped)
 
     def _maps(self, rings):
         return Maps(self.wall, self._length, rings, self._periodic, self.turns)
