@@ -20,7 +20,7 @@ SLOW = "asan" in PROGRAM.parts
 OVERLAP = 1e-9  # m, as promised
 BALANCE = 1e-9  # of the energy turned over, as promised
 
-from milltools.geometry.profile import Profile
+from milltools.geometry.contour import Contour
 
 KINDS = ("ball_ball", "ball_drum", "ball_wall", "ball_shaft", "ball_blade")
 
@@ -34,7 +34,7 @@ def ms(milliseconds):
 class Mill:
     """What the frames are checked against, from the deck in SI units."""
 
-    drum: Profile
+    drum: Contour
     length: float
     shaft: float
     speed: float
@@ -50,10 +50,8 @@ def mill_of(deck):
             return default
         return float(deck[section][key].asstr()[()].split()[0])
 
-    def text(key, default):
-        section, name = key.split(".")
-        return deck[section][name].asstr()[()] if name in deck[section] else default
-
+    radius, text = number("drum", "radius"), deck["contour"].asstr()[()] if "contour" in deck else ""
+    rows = np.loadtxt(text.splitlines(), ndmin=2) if text else [(radius, 0, 1), (-radius, 0, 1)]
     length = number("drum", "length")
     count = int(number("blades", "count"))
     box = ("tip_radius", "width", "thickness", "pitch")
@@ -69,7 +67,7 @@ def mill_of(deck):
         if section.startswith("blade."):
             blades.append(tuple(number(section, key) for key in ("position", "angle", *box)))
     return Mill(
-        Profile.of(text),
+        Contour(rows),
         length,
         number("rotor", "shaft_radius"),
         number("rotor", "speed"),
@@ -81,7 +79,7 @@ def mill_of(deck):
 def depth_in_drum(mill, r, radius):
     """How deep each ball is in the drum, an end wall or the shaft, the most of them [m]."""
     distance = np.hypot(r[:, 1], r[:, 2])
-    depth = np.maximum(-mill.drum.gap(r[:, 1], r[:, 2], radius), np.abs(r[:, 0]) + radius - mill.length / 2)
+    depth = np.maximum(radius - mill.drum.gap(r[:, 1:]), np.abs(r[:, 0]) + radius - mill.length / 2)
     return np.maximum(depth, mill.shaft + radius - distance) if mill.shaft > 0 else depth
 
 

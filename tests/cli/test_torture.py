@@ -9,7 +9,6 @@ import h5py
 import numpy as np
 import pytest
 from conftest import slow, some
-from milltools.geometry.profile import Profile
 from soundness import depth_in_blades, mill_of, ms, sound
 
 HEAD = """\
@@ -366,11 +365,10 @@ def test_any_buckles_run(run, buckles, height):
 
 
 def test_a_random_start_fills_a_deep_wavy_drum_to_one_half(run):
-    profile = Profile(0.04, 6, 0.006)
     balls = 1900
-    assert solid_fraction(balls, 2.5e-3, 0.060 * profile.area) > 0.4
     done = run(wavy(6, 6, DRUM), "run.time=0.1 ms", "output.frames=0.1 ms", balls=balls)
     with h5py.File(done.path) as file:
+        assert solid_fraction(balls, 2.5e-3, 0.060 * mill_of(file["deck"]).drum.area) > 0.4
         y, z = file["particles/trajectory/position/value"][0, :, 1:].astype(float).T
     # bulges are filled as well as the middle
     assert np.mean(np.hypot(y, z) > 0.0375) > 0.05

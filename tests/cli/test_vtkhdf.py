@@ -10,8 +10,10 @@ import h5py
 import numpy as np
 import pytest
 from conftest import PROGRAM, ROOT, slow
-from milltools.geometry.profile import Profile
 from results import assert_same, status
+
+from milltools.geometry import contour
+from milltools.read.runfile import Run
 
 TRAJECTORY = "/particles/trajectory"
 STATES = {"Points": "position", "PointData/velocity": "velocity",
@@ -132,14 +134,15 @@ def test_the_round_drum_has_its_radius_and_length(path):
 
 def test_the_wavy_drum_lies_on_its_profile(tmp_path):
     drum = bodies(run(tmp_path, *WAVY, "run.time=4 ms"))["drum"][0].astype(float)
-    profile = Profile(0.04, 7, 0.003, np.deg2rad(11))
+    with Run(tmp_path / "mill.h5") as opened:
+        profile = contour.of(opened.as_deck)
     away = np.hypot(*drum.T[1:])
     with h5py.File(tmp_path / "mill.h5") as file:
         block = file["VTKHDF/drum"]
         triangles = block["Polygons/Connectivity"][:].reshape(-1, 3)
         wall = np.unique(triangles[block["CellData/kind"][:] == 1])
-    assert np.abs(profile.gap(*drum[wall].T[1:])).max() < 1e-8
-    assert profile.gap(*drum.T[1:]).min() > -1e-8  # the end walls are within
+    assert np.abs(profile.gap(drum[wall][:, 1:])).max() < 1e-8
+    assert profile.gap(drum[:, 1:]).min() > -1e-8  # the end walls are within
     assert away.max() == pytest.approx(0.043, abs=1e-8)
     assert away[wall].min() == pytest.approx(0.037, abs=1e-8)
 

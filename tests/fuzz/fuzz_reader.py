@@ -34,6 +34,7 @@ def ask(path):
     from milltools.geometry.profile import Profile
 
     from milltools.base.errors import UserError
+    from milltools.geometry import contour
     from milltools.geometry.bodies import read
     from milltools.geometry.trajectory import stored
     from milltools.read import motions, runfile
@@ -53,7 +54,7 @@ def ask(path):
         run.species_names, run.frame_times, run.drive_work, run.vessel_frame, run.need_statistics,
         lambda: read(run), lambda: stored(run, 0), lambda: run.poses(0), lambda: run.frame_axis(run.first_poses()),
         lambda: motions.speeds(run), lambda: [motions.words(run, name) for name in run.motions],
-        lambda: Profile.of_run(run),
+        lambda: run.mapped, lambda: contour.of(run.as_deck),
     ]  # fmt: skip
     asked += [lambda name=name: run.balls(name) for name in ("id", "species", "mass", "diameter")]
     for view in ("cross_section", "axial"):

@@ -99,8 +99,8 @@ def sets(*pairs):
         (sets("contact.ball_wall.restitution=0.03"),
          "deck.ini: [contact] restitution of ball_wall: LIGGGHTS needs more than 0.05, got 0.03"),
         (sets("drum.profile=wavy", "drum.buckles=5", "drum.buckle_height=1 mm"),
-         "deck.ini: [drum]: its wall has arcs that are not on one circle: LIGGGHTS has no such primitive, and on a curved "
-         "wall of triangles it adds up the forces of neighbours"),
+         "deck.ini: [drum]: its wall has arcs that are not on one circle: LIGGGHTS has no such primitive, and on a "
+         "curved wall of triangles it adds up the forces of neighbours"),
         (sets("output.frames=1 us"), "deck.ini: [output] frames: 1e-06 s is less than "),
         (["--output", "there.h5"], "there.h5: exists already; --force overwrites it"),
         (["--output", "no/such.h5"], "no/such.h5: there is no folder no"),

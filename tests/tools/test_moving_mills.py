@@ -282,7 +282,7 @@ def test_a_riding_camera_shows_the_container_large_and_at_one_place(runs):
     for name in (*camera.PRESETS, camera.free((0.1, -0.1, 0.05), (0.06, 0, 0))):
         seen = []
         for k in (0, 3, 40):
-            into = bodies.container(run, k)
+            into = bodies.after(run.poses(k)["jar"], bodies.inverse(run.vessel_frame()))
             points = bodies.moved(into, np.array([[0, 0, 0], [0.015, 0.02, 0], [-0.015, 0, 0.02]]))
             placed = camera.of(name, run, poses=run.poses(k)).placed((320, 180))
             seen.append(project(placed, points, (320, 180)))
@@ -370,7 +370,7 @@ def test_liggghts_is_not_given_what_it_cannot_run(mill, tmp_path):
     (tmp_path / "deck.ini").write_text(capsule)
     done = mill("dem", "deck.ini", "-o", "soft.h5")
     assert done.returncode == 2
-    assert done.stderr.startswith("mill dem: deck.ini: [body.jar] shape: expected cylinder, box or mesh")
+    assert done.stderr.startswith("mill dem: deck.ini: [body.jar] shape: expected cylinder, box, contour or mesh")
 
 
 @pytest.mark.slow

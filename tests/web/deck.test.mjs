@@ -43,6 +43,15 @@ test('a share of the critical speed stays one, and classes of sizes have no slid
   assert.match(roll.set(deck, -80), /speed = -80 % critical # fast/);
 });
 
+test('the keys of lifters have sliders where a deck has them', () => {
+  const deck = '[drum]\nprofile = lifters\nlifters = 8\nlifter_front = 20 deg\n';
+  const keys = [['lifters', '8', '', 'whole', 1], ['lifter_front', '0.349 rad', 'rad', 'number', 0]]
+    .map(([key, value, unit, type, lo]) => ({ section: 'drum', key, value, unit, type, lo, hi: 500, above: 0, words: '', meaning: '', instead: '' }));
+  const found = MillControls.choose(deck, keys);
+  assert.deepEqual(found.map((one) => [one.label, one.value, one.from, one.to]), [['Lifters', 8, 1, 20], ['Lifter front', 20, 0, 40]]);
+  assert.match(found[1].set(deck, 30), /lifter_front = 30 deg/);
+});
+
 test('the ratio of a jar is kept when the speed of its disk is changed', () => {
   const deck = input('planetary'), [sun, jar] = choose(deck), speeds = (text) => text.match(/speed = \S+/g);
   assert.deepEqual([sun.label, jar.label, jar.value], ['Speed of sun', 'Speed ratio jar : sun', -2]);

@@ -57,7 +57,7 @@ test('after half a million contacts the reference mill has the bits of the progr
 for (const [name, time, ...more] of [
   ['planetary', 1, 'balls.count=50', 'balls.diameter=8 mm'], ['mixer', 1], ['attritor', 0.1, 'run.sample_from=0.05 s'],
   ['tumbling', 1, 'run.sample_from=0.5 s'], ['stl', 0.05, 'run.sample_from=0 s'], ['wavy', 0.05, 'run.precision=0', 'run.sample_from=0.02 s'],
-  ['shaker', 0.5, 'run.sample_from=0.1 s'], ['emax', 0.2, 'run.sample_from=0.05 s'], ['discs', 0.01, 'run.sample_from=0 s'], ['mixture', 0.02, 'run.sample_from=0 s'],
+  ['shaker', 0.5, 'run.sample_from=0.1 s'], ['emax', 0.2, 'run.sample_from=0.05 s'], ['discs', 0.01, 'run.sample_from=0 s'], ['ballmill', 0.1, 'run.sample_from=0 s'], ['mixture', 0.02, 'run.sample_from=0 s'],
 ]) test(`${name} has the bits of the program`, () => { sameBits(name, time, [`run.time=${time} s`, ...more], new Map([['rotor.stl', STL]])); });
 
 test('the power of a planetary mill is that of the program, and goes where it is lost', () => {
@@ -136,6 +136,6 @@ test("keys have the bounds of the deck's table", () => {
   const { lo, hi, above } = keys['contact.restitution'], radius = keys['drum.radius'];
   assert.deepEqual([lo, hi, above], [0, 1, 0]);
   assert.deepEqual([radius.unit, radius.lo, radius.above, radius.value], ['m', 1e-9, 0, '0.03 m']);
-  assert.deepEqual([keys['drum.profile'].words, keys['balls.fill'].instead], ['circle|wavy', 'count']);
+  assert.deepEqual([keys['drum.profile'].words, keys['balls.fill'].instead], ['circle|wavy|lifters|harmonics|file', 'count']);
   assert.ok(Object.values(keys).every((key) => key.meaning));
 });

@@ -12,7 +12,7 @@ from milltools.figures import outlines
 from milltools.figures.base import WIDTH, Figure, labels, sampled, subtitle
 from milltools.figures.style import INK, SMALL, SPEEDS, colour_bar, millimetres, rounded_up
 from milltools.geometry import throw, vessel
-from milltools.geometry.bodies import Mill, moved, outline
+from milltools.geometry.bodies import Mill, moved
 from milltools.geometry.trajectory import stored
 from milltools.read import motions
 
@@ -56,8 +56,7 @@ class View:
         return *places.reshape(2, *y.shape), balls / np.maximum(_spread(room, reach), 1e-9 * room.max())
 
     def thrown(self):
-        """The throw.Throw of the largest ball by a lifter: one of the drum's profile, or a body with a radial face;
-        None without lifters."""
+        """The throw.Throw of the largest ball by a lifter, a body's with a radial face; None without lifters."""
         run = self.run
         if run.as_deck.value("drum.profile") == "lifters":
             leads = "front" if motions.rate(run, run.carrier) > 0 else "back"
@@ -66,10 +65,13 @@ class View:
             return throw.throw(self.radius, self.speed, self.largest, height, face, friction, self.gravity)
         height, largest = self.radius - float(run.statistic("charge/layer")) - self.largest, self.largest
         own = [body.kind for body in Mill.of(run).inner if body.motion == run.carrier]
+        face = 0.0
+        if run.text("drum/profile", "circle") == "lifters":
+            own, face = ["ball_drum"], run.quantity(f"drum/lifter_{'front' if self.axes[2, 0] > 0 else 'back'}")
         if not own or not 0.05 * largest < height:
             return None
         friction = run.as_deck.contact(own[0]).friction
-        return throw.throw(self.radius, self.speed, largest, height, 0.0, friction, self.gravity)
+        return throw.throw(self.radius, self.speed, largest, height, face, friction, self.gravity)
 
 
 class ChargeFigure(Figure):
@@ -81,7 +83,7 @@ class ChargeFigure(Figure):
         "o'clock to the rising side; in parentheses from 3 o'clock, as Morrell counts. Dashed: the dynamic angle "
         "of repose."
     )
-    dotted = " Dotted: the path of a ball, alone, that a lifter throws (a body as if its face were radial)."
+    dotted = " Dotted: the path of a ball, alone, that a lifter throws; a lifter that is a body, with a radial face."
 
     def says(self, runs):
         return self.caption + self.dotted * any(View(run).thrown() is not None for run in runs)
@@ -113,8 +115,8 @@ class ChargeFigure(Figure):
         ax.add_patch(Polygon(rim, fc=INK, alpha=0.06, ec="none", zorder=0))
         wall = ax.add_patch(Polygon(rim, fill=False, ec=INK, lw=1.2, zorder=4))
         for body, triangles in outlines.bodies(run):
-            corners = view.seen(moved(Mill.pose(body.motion, poses), triangles.reshape(-1, 3)))[:, :2]
-            patch = ax.add_patch(Polygon(outline(corners), fc=outlines.STEEL, ec=INK, lw=0.6, zorder=1))
+            corners = view.seen(moved(Mill.pose(body.motion, poses), triangles))[..., :2]
+            patch = ax.add_patch(outlines.shadow(corners, zorder=1))
             patch.set_clip_path(wall)
         if state:
             seen = view.seen(state.position)

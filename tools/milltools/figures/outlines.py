@@ -64,9 +64,13 @@ def stand(ax, run, poses, moving=True):
     container."""
     for body, triangles in reversed(list(bodies(run))):  # the shaft on top
         if moving or body.motion == run.carrier:
-            lines = silhouette(seen(run, body.motion, triangles, poses)[..., 1:])
-            shadow = Path.make_compound_path(*(Path([*line, line[0]], closed=True) for line in lines))
-            ax.add_patch(PathPatch(shadow, fc=STEEL, ec=INK, lw=0.6, zorder=0.5 if moving else 3, label="_body"))
+            ax.add_patch(shadow(seen(run, body.motion, triangles, poses)[..., 1:], zorder=0.5 if moving else 3))
+
+
+def shadow(corners, **look):
+    """A patch with the outline of a body, of its triangles (T, 3, 2)."""
+    lines = [Path([*line, line[0]], closed=True) for line in silhouette(corners)]
+    return PathPatch(Path.make_compound_path(*lines), fc=STEEL, ec=INK, lw=0.6, label="_body", **look)
 
 
 def signs(run, view) -> str:
@@ -78,7 +82,7 @@ def signs(run, view) -> str:
     if run.has_rotor:
         found.append("grey: the shaft")
     elif view != "axial" and any(body.motion == run.carrier for body in inner):
-        passing = run.carrier != run.steady
+        passing = run.carrier != run.mapped
         found.append("grey: bodies fixed to the container" + ", which turn with it" * bool(passing))
     if view != "axial" and vessel.of(run).turns:
         found.append("the wall turns; it is drawn as at the start")
@@ -133,7 +137,7 @@ def room(holds, view="cross_section", **look):
 
 def rim(holds, view="cross_section", **look):
     """A patch with the outline of a vessel's wall; in the view "axial" it ends at the axis."""
-    return Polygon(holds.across if view == "cross_section" else holds.radial, closed=True, fill=False, **look)
+    return Polygon(holds.placed if view == "cross_section" else holds.radial, closed=True, fill=False, **look)
 
 
 def _wall(ax, run, view):

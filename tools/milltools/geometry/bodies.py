@@ -62,13 +62,13 @@ def inverse(pose):
 
 def container(run, index):
     """The pose of the container, as the frame of the maps has it, in a stored frame of a run."""
-    return after(Mill.pose(run.steady, run.poses(index)), inverse(run.vessel_frame()))
+    return after(Mill.pose(run.mapped, run.poses(index)), inverse(run.vessel_frame()))
 
 
 def seen(run, motion, points, poses):
     """Points (..., 3) of a motion's frame in the frame of the maps, where motions are at `poses`."""
-    if motion != run.steady:
-        ride, own = (Mill.pose(one, poses) for one in (run.steady, motion))
+    if motion != run.mapped:
+        ride, own = (Mill.pose(one, poses) for one in (run.mapped, motion))
         points = moved(inverse(ride), moved(own, points))
     return moved(inverse(run.vessel_frame()), points)
 

@@ -524,7 +524,7 @@ _made = functools.lru_cache(maxsize=32)(Contour)
 def of(deck, section="drum") -> Contour:
     """The wall of the drum of a milltools.read.deck.Deck over y, z [m], or the contour of a body over its own x, y."""
     rows = deck.contours.get(section, ())
-    if not rows and section == "drum":
+    if not rows and section == "drum" and deck.value("drum.profile", "circle") in ("circle", "wavy"):
         radius = deck.number("drum.radius")
         rows = (radius, 0.0, 1.0), (-radius, 0.0, 1.0)
     try:

@@ -16,8 +16,9 @@ AROUND = 180  # directions in which rings are sampled
 def of(run, poses=None):
     """The Drum or Container of a milltools.read.runfile.Run. `low`, `high`: its ends along x; `innermost`, `outermost`:
     the least and largest distance of its wall from the axis [m]; `radial` (N, 2): its outline over (x, r); `across`
-    (M, 2): its outline over (y, z), at `poses` of the motions (default: at the start) if it `turns` in the frame of the
-    maps and is no circle; `noise`: a cells.Maps with the cells of the file, or None."""
+    (M, 2): its outline over (y, z), `placed`: in the frame of the maps at `poses` of the motions (default: at the
+    start); `turns`: whether it turns there, and is no circle; `noise`: a cells.Maps with the cells of the file, or
+    None."""
     return Container(run) if run.vessel and run.text(f"body.{run.vessel}/shape") != "contour" else Drum(run, poses)
 
 
@@ -35,14 +36,14 @@ class Drum:
         self.wall, length = contour.of(run.as_deck, place), run.quantity(f"{place}/length")
         self.low, self.high = -length / 2, length / 2
         self.innermost, self.outermost = self.wall.innermost, self.wall.outermost
-        self.across = self.wall.flattened(self.outermost / 2000)
+        self.across = self.placed = self.wall.flattened(self.outermost / 2000)
         ends = np.array([self.low, self.high, self.high, self.low])
         self.radial = np.column_stack([ends, self.outermost * np.array([0, 0, 1, 1])])
-        self.turns = run.steady != run.carrier and not self.wall.circle
+        self.turns = run.mapped != run.carrier and not self.wall.circle
         if self.turns:
             points = moved(run.vessel_frame(), np.insert(self.across, 0, 0, axis=1))
-            self.across = seen(run, run.carrier, points, poses or Mill.of(run).poses[0])[:, 1:]
-        self._length, self._periodic, self._still = length, bool(run.slice_length), not (run.vessel or run.steady)
+            self.placed = seen(run, run.carrier, points, poses or Mill.of(run).poses[0])[:, 1:]
+        self._length, self._periodic, self._still = length, bool(run.slice_length), not (run.vessel or run.mapped)
 
     def _maps(self, rings):
         return Maps(self.wall, self._length, rings, self._periodic, self.turns)
@@ -76,7 +77,7 @@ class Container:
         away = np.hypot(points[:, 1], points[:, 2])
         self.innermost, self.turns = away.max(), False
         self.outermost = self.innermost
-        self.across = outline(points[:, 1:])
+        self.across = self.placed = outline(points[:, 1:])
         both = np.concatenate([away, -away])
         self.radial = outline(np.column_stack([np.tile(points[:, 0], 2), both]))
         self.radial[:, 1] = np.maximum(self.radial[:, 1], 0)

@@ -105,12 +105,14 @@ class Deck:
         """Rows (x, y [m], bulge) of the contours by section, of the drum ("drum") if it is no circle, and of bodies,
         as `millsim --contour` tells them; x, y of the drum are the mill's y, z, those of a body its own."""
         said, found, rows = self.outlines, {}, []
-        odd = self.value("drum.profile", "circle") != "circle"
         if not said and self.digest is None:
+            round_ = self.value("drum.profile", "circle") == "circle"
             shapes = (self.value(f"body.{name}.shape") for name in self.bodies)
-            said = _ask(self.path, self.overrides, "--contour") if odd or "contour" in shapes else ""
-        elif not said and odd:  # a run of a version that kept no contours
-            own = "".join(f"{key} = {value}\n" for key, value in self.sections["drum"].items() if key != "motion")
+            said = "" if round_ and "contour" not in shapes else _ask(self.path, self.overrides, "--contour")
+        elif not said and self.value("drum.profile") == "wavy":  # a run of a version that kept no contours
+            own = "".join(
+                f"{key} = {plain(value)}\n" for key, value in self.sections["drum"].items() if key != "motion"
+            )
             with tempfile.TemporaryDirectory(prefix="mill-") as folder:
                 file = pathlib.Path(folder) / "drum.ini"
                 file.write_text(f"{ANY_BALLS}[drum]\n{own}")

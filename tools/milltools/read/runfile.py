@@ -310,7 +310,7 @@ class Run(Store):
         return self.text(f"body.{self.vessel}/motion" if self.vessel else "drum/motion", "")
 
     @functools.cached_property
-    def steady(self) -> str:
+    def mapped(self) -> str:
         """The motion of the frame in which the charge is steady, which the maps use: `carrier`, or if the container is
         round or a contour and turns about its own axis, what carries this motion; "": the laboratory."""
         own, vessel = self.carrier, self.vessel

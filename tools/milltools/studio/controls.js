@@ -20,6 +20,14 @@ const MillControls = (() => {
     [/^contact$/, 'friction', 'Friction', 'bounds'],
     [/^drum$/, 'buckles', 'Buckles', [0, 2.5]],
     [/^drum$/, 'buckle_height', 'Buckle height', [0, 3]],
+    [/^drum$/, 'lifters', 'Lifters', [0, 2.5]],
+    [/^drum$/, 'lifter_height', 'Lifter height', AROUND],
+    [/^drum$/, 'lifter_width', 'Lifter width', AROUND],
+    [/^drum$/, 'lifter_front', 'Lifter front', [0, 2]],
+    [/^drum$/, 'lifter_back', 'Lifter back', [0, 2]],
+    [/^drum$/, 'repeats', 'Repeats of the wall', [0, 2.5]],
+    [/^drum$/, 'wave_1', 'Height of waves', [-2, 2]],
+    [/^drum$/, 'lean_2', 'Lean of waves', [-2, 2]],
   ];
   // keys that give the same value in another way: a deck has one of them
   const INSTEAD = { count: ['fill', 'bulk_fill', 'mass'], speed: ['tip_speed'], radius: ['diameter'], shaft_radius: ['shaft_diameter'] };
