@@ -58,11 +58,6 @@ class View:
     def thrown(self):
         """The throw.Throw of the largest ball by a lifter, a body's with a radial face; None without lifters."""
         run = self.run
-        if run.as_deck.value("drum.profile") == "lifters":
-            leads = "front" if motions.rate(run, run.carrier) > 0 else "back"
-            height, face = run.as_deck.number("drum.lifter_height"), run.as_deck.number(f"drum.lifter_{leads}")
-            friction = run.as_deck.contact("ball_drum").friction
-            return throw.throw(self.radius, self.speed, self.largest, height, face, friction, self.gravity)
         height, largest = self.radius - float(run.statistic("charge/layer")) - self.largest, self.largest
         own = [body.kind for body in Mill.of(run).inner if body.motion == run.carrier]
         face = 0.0
