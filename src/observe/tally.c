@@ -167,6 +167,8 @@ static enum mill_status on_impact(struct mill_observer *observer, const struct m
             map_impact(tally, impact);
             if (wear)
                 mill_wear_impact(&tally->plan.wear, wear, impact);
+            if ((wear = mill_wear_along(&tally->plan.wear, tally->gathered.along, impact)))
+                mill_wear_impact(&tally->plan.wear, wear, impact);
         }
         status = count_strike(tally, impact, normal, tangential, error);
     }
