@@ -254,6 +254,10 @@ static void tell_charge(struct mill_sink *sink, const struct mill_tally_results 
     mill_sums_tell_all(
         &(struct mill_sums){&mill_charge_hits, MILL_CHARGE_ANGLES, (void *)r->charge_sum.hit},
         sink);
+    mill_tell_number(sink, "duration",
+                     r->charge_sum.samples * (double)r->tally->charge.every *
+                         r->tally->charge.interval,
+                     "s", "of these sums");
     mill_tell_array(sink, "edges", MILL_CHARGE_SIZES + 1, edges, "N s", "sizes of impacts");
     sink->values(sink, "sizes", MILL_H5_F64, 2, dims, r->charge_sum.sizes, "N s",
                  "impulse on lifters by the size of the impact, in bins of 10 degrees");
