@@ -209,10 +209,10 @@ class Turn:
         if np.nanmax(force, initial=0) > 0:
             k = int(force.argmax())
             said.append(
-                f"a lifter gets the largest mean force {math.degrees(self.angle[k]):.0f}\N{DEGREE SIGN} after the lowest "
-                f"place: {number(abs(self.outward[k]))} N {'outwards' if self.outward[k] > 0 else 'inwards'}, "
-                f"{number(abs(self.forward[k]))} N {'with' if self.forward[k] > 0 else 'against'} the turning; a hundredth "
-                f"of what lifters get comes in single impacts of more than {number(self.sizes[2])} N s."
+                f"a lifter gets the largest mean force {math.degrees(self.angle[k]):.0f}\N{DEGREE SIGN} after the "
+                f"lowest place: {number(abs(self.outward[k]))} N {'outwards' if self.outward[k] > 0 else 'inwards'}, "
+                f"{number(abs(self.forward[k]))} N {'with' if self.forward[k] > 0 else 'against'} the turning; a "
+                f"hundredth of what lifters get comes in single impacts of more than {number(self.sizes[2])} N s."
             )
         return " ".join(f"{one[0].upper()}{one[1:]}" for one in said) or "no impacts on the liner."
 

@@ -178,8 +178,8 @@ def wear_out(found: Liner, arguments) -> tuple[str, dict]:
     share, steps = (largest / found.height, math.ceil(largest / found.height / STEP)) if found.height else (0.0, 1)
     if share > STEP:
         said += (
-            f" This is {100 * share:.0f} % of the height of the liner in one step, and its shape changes what the balls "
-            f"do: make {steps} steps, each with a run of its own ('mill sweep input/liner-life.study' does it)."
+            f" This is {100 * share:.0f} % of the height of the liner in one step, and its shape changes what the "
+            f"balls do: make {steps} steps, each with a run of its own ('mill sweep input/liner-life.study' does it)."
         )
     facts = {"time": time, "removed_area": removed, "largest_depth": largest, "height": found.height, "steps": steps}
     return said, facts
