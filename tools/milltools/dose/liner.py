@@ -37,6 +37,7 @@ class Liner:
     parts, period   number of equal parts, and developed length of one [m]
     lifters         number of tips
     height          [m] from the tips to the outermost points
+    front           [rad] mean angle of the leading faces from the radius; NaN without such faces
     turning         1: the mill turns anticlockwise in the contour's plane; -1; 0: not
     s, face         middles of the bins of a period [m], and what is there: one of FACES
     """
@@ -59,7 +60,7 @@ class Liner:
         points = self.contour.points(*self.contour.at(s))
         away = np.hypot(*points.T)
         self.height = float(away.max() - away.min())
-        self.parts = _parts(self.contour, self.height)
+        self.parts = equal_parts(self.contour)
         self.period = length / self.parts
         tips = away < away.max() - max(0.05 * self.height, 1e-6 * away.max())
         self.lifters = int((tips & ~np.roll(tips, 1)).sum())
@@ -69,8 +70,10 @@ class Liner:
         points, normals = self.contour.points(*where), self.contour.normals(*where)
         self.away = np.hypot(*points.T)
         ahead = (points[:, 0] * normals[:, 1] - points[:, 1] * normals[:, 0]) / self.away * (self.turning or 1)
+        leads = ahead > SLOPE
+        self.front = float(np.arccos(np.minimum(ahead[leads], 1)).mean()) if leads.any() else math.nan
         level = np.where(self.away < away.max() - self.height / 2, "top", "plate")
-        self.face = np.where(ahead > SLOPE, "leading face", np.where(ahead < -SLOPE, "trailing face", level))
+        self.face = np.where(leads, "leading face", np.where(ahead < -SLOPE, "trailing face", level))
         self.raised = away.max() - self.away  # [m] above the outermost points
 
     def sums(self, name: str) -> np.ndarray:
@@ -108,13 +111,17 @@ class Liner:
         except ValueError as fault:
             raise UserError(f"{self.run.path}: the worn contour: {fault}") from None
 
-    def scaled(self, depth, share: float) -> np.ndarray:
-        """Depths (bins,) in proportion, with which the tops lose this share of the height."""
+    def lost(self, depth) -> float:
+        """[m] what the tops lose with these depths (bins,), on average; all of a contour without tops."""
         top = self.face == "top"
-        lost = float(self.smoothed(depth)[top if top.any() else slice(None)].mean())
-        if not lost > 0:
+        return float(self.smoothed(depth)[top if top.any() else slice(None)].mean())
+
+    def scaled(self, depth, lost: float) -> np.ndarray:
+        """Depths (bins,) in proportion, with which the tops lose this length [m]."""
+        now = self.lost(depth)
+        if not now > 0:
             raise UserError(f"{self.run.path}: no impacts slide on the tops of the liner: simulate longer")
-        return depth * share * self.height / lost
+        return depth * lost / now
 
     def finding(self) -> str:
         """A sentence: where sliding wears the liner, and its faces."""
@@ -143,16 +150,15 @@ def contour_of(run: Run) -> Contour:
         raise run.damaged("deck/contour", str(fault)) from None
 
 
-def _parts(contour: Contour, height: float) -> int:
-    """The number of equal parts: the largest turn by 1/n after which the contour is where it was."""
+def equal_parts(contour: Contour) -> int:
+    """The largest number n of a contour that is where it was, within a hundredth of its height, after 1/n of a turn."""
     count = 4 * FINE
     points = contour.points(*contour.at((np.arange(count) + 0.5) / count * contour.length))
     spots = points @ [1, 1j]
-    slack = 0.01 * height + 1e-6 * contour.size
+    slack = 0.01 * np.ptp(np.abs(spots)) + 1e-6 * contour.size
     for n in range(500, 1, -1):
-        moved = np.interp(np.arange(count) + count / n, np.arange(2 * count), np.tile(spots.real, 2)) + 1j * np.interp(
-            np.arange(count) + count / n, np.arange(2 * count), np.tile(spots.imag, 2)
-        )
+        later = np.arange(count) + count / n
+        moved = np.interp(later, np.arange(2 * count), np.tile(spots, 2))
         if np.abs(moved * np.exp(-2j * math.pi / n) - spots).max() < slack:
             return n
     return 1

@@ -159,7 +159,7 @@ def worn_after(found: Liner, arguments) -> tuple[np.ndarray, float]:
             )
         return rate * time, time
     share = values.tell([f"balls.fill={arguments.removed}"])[0].value
-    depth = found.scaled(rate if known else found.density("slid"), share)
+    depth = found.scaled(rate if known else found.density("slid"), share * found.height)
     return depth, float(depth.sum() / rate.sum()) if known else math.nan
 
 
