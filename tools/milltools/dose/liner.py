@@ -105,9 +105,9 @@ class Liner:
         return along(self.contour, *self._tiled(depth))[1](self.s, self.smooth)
 
     def worn(self, depth) -> Contour:
-        """The contour that has lost these depths [m] (bins,), smoothed; UserError if nothing is left."""
+        """The contour that has lost these depths [m] (bins,), smoothed twice: without kinks; UserError if none is."""
         try:
-            return worn(self.contour, *self._tiled(depth), self.smooth)
+            return worn(self.contour, *self._tiled(self.smoothed(depth)), self.smooth)
         except ValueError as fault:
             raise UserError(f"{self.run.path}: the worn contour: {fault}") from None
 

@@ -158,9 +158,18 @@ def worn_after(found: Liner, arguments) -> tuple[np.ndarray, float]:
                 "-s 'wear.erosion=1e-12 kg/J' --density '7.8 g/cm^3'), or give --removed '10 %' in place of --after"
             )
         return rate * time, time
-    share = values.tell([f"balls.fill={arguments.removed}"])[0].value
+    share = _share(arguments.removed)
     depth = found.scaled(rate if known else found.density("slid"), share * found.height)
     return depth, float(depth.sum() / rate.sum()) if known else math.nan
+
+
+def _share(text: str) -> float:
+    """--removed."""
+    try:
+        (one,) = values.tell([f"balls.fill={text}"])
+    except UserError:
+        raise UserError(f"--removed: expected a share such as '10 %', got '{plain(text)}'") from None
+    return float(one.value)
 
 
 def wear_out(found: Liner, arguments) -> tuple[str, dict]:

@@ -32,17 +32,8 @@ KEYS = ("steps", "removed", "after")
 LINING = re.compile(r"drum\.(profile|file|lifter\w*|buckle\w*|repeats|wave_\d|lean_\d|tool_radius)")
 LEAST = 0.1  # of the first height: less is worn out
 RECORD = ("power", "above_toe")
-FIXED = (
-    "life",
-    "step",
-    "time [s]",
-    "step time [s]",
-    "lost [m]",
-    "step lost [m]",
-    "height [m]",
-    "worn [m2]",
-    "front [rad]",
-)
+BEGIN, STEP = ("time [s]", "lost [m]"), ("step time [s]", "step lost [m]")
+FIXED = ("life", "step", *BEGIN, *STEP, "height [m]", "worn [m2]", "front [rad]")
 
 
 class Life:
@@ -107,11 +98,12 @@ class Life:
         file = self.folder / "life.csv"
         if force or not self.folder.exists() or (self.folder.is_dir() and not any(self.folder.iterdir())):
             return []
-        with opened(file, "a table", "r", newline="", encoding="utf-8") as read:
-            found = list(csv.DictReader(read))
+        with opened(file, "a table", "r", newline="", encoding="utf-8") as table:
+            found = list(csv.DictReader(table))
         if any(list(row) != self.heads or row["life"] != self.digest for row in found):
             raise UserError(f"{self.folder}: holds the life of another study; choose another name with -o, or --force")
-        return [{name: text if name == "life" else float(text or "nan") for name, text in r.items()} for r in found]
+        read = {"life": str, "step": int}
+        return [{name: read.get(name, float)(text or "nan") for name, text in row.items()} for row in found]
 
     def live(self, quiet=False, force=False) -> list[dict]:
         """Makes the runs that the folder does not have yet; the rows of all."""
@@ -150,9 +142,9 @@ class Life:
                 )
             time = float(depth.sum() / rate.sum()) if known else math.nan
             write_text(self.contour(step + 1), found.worn(depth).text([f"life {self.digest}, step {step + 1}"]))
-            begin, gone = ((rows[-1][w] + rows[-1][f"step {w}"]) if rows else 0.0 for w in ("time [s]", "lost [m]"))
+            begin = (rows[-1][was] + rows[-1][more] if rows else 0.0 for was, more in zip(BEGIN, STEP))
             worn = found.contour.area - Contour.read(self.contour(0)).area
-            fixed = (self.digest, step, begin, time, gone, found.lost(depth), found.height, worn, found.front)
+            fixed = (self.digest, step, *begin, time, found.lost(depth), found.height, worn, found.front)
         return row | dict(zip(FIXED, fixed))
 
 
