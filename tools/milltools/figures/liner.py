@@ -11,7 +11,7 @@ CURVES = (("sliding", "power lost by sliding", "-"), ("normal", "power lost alon
 
 
 class LinerFigure(Figure):
-    name, group, title = "liner", "wear", "The liner: along its contour, and over a turn"
+    name, group, title = "liner", "liner", "The liner: along its contour, and over a turn"
     caption = (
         "Power that impacts lose by sliding (solid) and along the normal (dashed), per area, along one of the equal "
         "parts of the contour, averaged over a ball's radius; below it the contour, as height above its outermost "
