@@ -51,15 +51,6 @@ struct mill_wear_sum *mill_wear_facet(const struct mill_wear_plan *plan, struct 
     return sum + facet;
 }
 
-struct mill_wear_sum *mill_wear_along(const struct mill_wear_plan *plan, struct mill_wear_sum *sum,
-                                      const struct mill_impact *impact)
-{
-    const struct mill_shape *is = (const struct mill_shape *)plan->contour;
-    if (!is || impact->surface < 0 || plan->world->shape[impact->surface] != is)
-        return NULL;
-    return sum + mill_wear_facets_bin(plan, impact->place);
-}
-
 void mill_wear_impact(const struct mill_wear_plan *plan, struct mill_wear_sum *sum,
                       const struct mill_impact *impact)
 {

@@ -68,9 +68,9 @@ void mill_wear_facets_free(struct mill_wear_plan *plan);
  * part's motion; -1: the part has none */
 int32_t mill_wear_facets_find(const struct mill_wear_plan *plan, int part, vec3 place, vec3 facing);
 
-/* Number of the bin of the contour's developed length at a place in the frame of its motion */
+/* Number of the bin of the contour's developed length that an impact is in; -1: it is not on it */
 enum { MILL_WEAR_BINS = 2000 };
-int mill_wear_facets_bin(const struct mill_wear_plan *plan, vec3 place);
+int mill_wear_facets_bin(const struct mill_wear_plan *plan, const struct mill_impact *impact);
 
 /* Length of the list of cells of a part, with a place for each face; 0: it has no facets */
 size_t mill_wear_facets_cells(const struct mill_wear_part *part);
@@ -108,9 +108,6 @@ bool mill_wear_init(struct mill_wear_plan *plan, const struct mill_world *world)
  * world. They are requested from memory, so that a later call of mill_wear_impact need not wait for
  * them. */
 struct mill_wear_sum *mill_wear_facet(const struct mill_wear_plan *plan, struct mill_wear_sum *sum,
-                                      const struct mill_impact *impact);
-/* The same of the bins along the contour; NULL: it is not on the contour. */
-struct mill_wear_sum *mill_wear_along(const struct mill_wear_plan *plan, struct mill_wear_sum *sum,
                                       const struct mill_impact *impact);
 void mill_wear_impact(const struct mill_wear_plan *plan, struct mill_wear_sum *sum,
                       const struct mill_impact *impact);

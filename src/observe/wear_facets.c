@@ -370,12 +370,13 @@ static bool develop(struct mill_wear_plan *plan)
     return plan->along;
 }
 
-int mill_wear_facets_bin(const struct mill_wear_plan *plan, vec3 place)
+int mill_wear_facets_bin(const struct mill_wear_plan *plan, const struct mill_impact *impact)
 {
     const struct mill_contour *c = plan->contour;
-    const struct mill_body *is = &c->body.is;
-    const vec3 r = vec3_sub(place, is->centre);
-    const double x = vec3_dot(r, is->x), y = vec3_dot(r, is->y);
+    if (!c || impact->surface < 0 || plan->world->shape[impact->surface] != &c->body.convex.base)
+        return -1;
+    const vec3 r = vec3_sub(impact->place, c->body.is.centre);
+    const double x = vec3_dot(r, c->body.is.x), y = vec3_dot(r, c->body.is.y);
     const struct mill_contour_nook nook = mill_contour_nook_at(c, x, y);
     double least = INFINITY;
     int at = 0;

@@ -8,6 +8,7 @@ import numpy as np
 
 from milltools.base.errors import UserError
 from milltools.base.text import number
+from milltools.geometry import contour
 from milltools.geometry.contour import Contour, along, worn
 from milltools.read import motions
 from milltools.read.runfile import Run
@@ -47,8 +48,8 @@ class Liner:
     def __init__(self, run: Run):
         if why := why_not(run):
             raise UserError(f"{run.path}: nothing is known along a contour: {why}")
-        self.run, self.contour = run, contour_of(run)
         place = f"body.{run.vessel}" if run.vessel else "drum"
+        self.run, self.contour = run, contour.of(run.as_deck, place)
         self.width = run.quantity(f"{place}/length")
         axis = run.vector(f"motion.{run.carrier}/axis") if run.has(f"deck/motion.{run.carrier}/axis") else np.zeros(3)
         self.turning = int(np.sign(motions.rate(run, run.carrier) * (axis @ run.vessel_frame()[:, 0])))
@@ -136,26 +137,12 @@ class Liner:
         )
 
 
-def contour_of(run: Run) -> Contour:
-    """The contour of the container of a run, from /deck/contour."""
-    name, own, rows = (f"body.{run.vessel}" if run.vessel else "drum"), False, []
-    try:
-        for line in str(run.read("deck/contour")).splitlines():
-            if line.startswith("#"):
-                own = line[1:].strip() == f"[{name}]"
-            elif own and line.strip():
-                rows.append([float(word) for word in line.split()])
-        return Contour(rows)
-    except ValueError as fault:
-        raise run.damaged("deck/contour", str(fault)) from None
-
-
-def equal_parts(contour: Contour) -> int:
+def equal_parts(of: Contour) -> int:
     """The largest number n of a contour that is where it was, within a hundredth of its height, after 1/n of a turn."""
     count = 4 * FINE
-    points = contour.points(*contour.at((np.arange(count) + 0.5) / count * contour.length))
+    points = of.points(*of.at((np.arange(count) + 0.5) / count * of.length))
     spots = points @ [1, 1j]
-    slack = 0.01 * np.ptp(np.abs(spots)) + 1e-6 * contour.size
+    slack = 0.01 * np.ptp(np.abs(spots)) + 1e-6 * of.size
     for n in range(500, 1, -1):
         later = np.arange(count) + count / n
         moved = np.interp(later, np.arange(2 * count), np.tile(spots, 2))
