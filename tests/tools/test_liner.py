@@ -6,6 +6,7 @@ import json
 import math
 import subprocess
 
+import layouts
 import numpy as np
 import pytest
 from conftest import PROGRAM, once
@@ -292,6 +293,8 @@ def test_the_figure_has_the_numbers_of_the_file(run):
     found = Liner(run)
     assert table.columns["power lost by sliding [W/m2]"] == pytest.approx(found.density("sliding"))
     figure = FIGURES["liner"].draw(run)
+    assert not layouts.faults(figure)
+    assert not layouts.faults(FIGURES["liner"].draw([run, run]))
     assert [ax.get_ylabel() for ax in figure.axes] == [
         "power [kW/m²]", "height [mm]", "force on a lifter [N]", "99 % [N s]",
     ]  # fmt: skip

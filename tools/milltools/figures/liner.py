@@ -3,6 +3,7 @@ and the force on a lifter over its turn."""
 
 import numpy as np
 
+from milltools.base.text import literal
 from milltools.dose import liner
 from milltools.figures.base import WIDTH, Figure, labels, sampled, subtitle
 from milltools.figures.style import COLOURS, INK, legend
@@ -33,7 +34,8 @@ class LinerFigure(Figure):
             colour = COLOURS[k % len(COLOURS)] if len(runs) > 1 else INK
             s = 1e3 * one.s
             for column, words, line in CURVES:
-                label = f"{name}, {words}" if len(runs) > 1 else words
+                # of several runs, the caption tells what is dashed
+                label = words if len(runs) == 1 else literal(name, 50) if line == "-" else None
                 along.plot(s, 1e-3 * one.smoothed(one.density(column)), ls=line, color=colour, label=label)
             shape.plot(s, 1e3 * one.raised, color=colour)
             leads = np.where(one.face == "leading face", 1e3 * one.raised, np.nan)
