@@ -19,7 +19,21 @@ const char *const mill_charge_words[MILL_CHARGE_NUMBERS][3] = {
     {"mass_across", "m", "centre of mass, from the axis to the side where the wall rises"},
     {"mass_up", "m", "the same upwards"},
     {"circulation_across", "m", "centre of circulation, as mass_across"},
-    {"circulation_up", "m", "the same upwards"}};
+    {"circulation_up", "m", "the same upwards"},
+    {"above_toe", "1",
+     "share, of what is lost along the normal on the liner, above the toe up to the highest "
+     "place"}};
+
+#define HIT(member) MILL_H5_F64, offsetof(struct mill_charge_hits, member), 0, 0
+static const struct mill_sum hit_of[] = {
+    {"count", "1", "impacts on the liner", HIT(count)},
+    {"normal", "J", "lost in them along the normal", HIT(normal)},
+    {"sliding", "J", "lost in them in the surface", HIT(sliding)},
+    {"outward", "N s", "impulse on the liner, from the axis", HIT(outward)},
+    {"forward", "N s", "impulse on the liner, with the turning", HIT(forward)},
+    {"lifter_outward", "N s", "part of outward on lifters", HIT(lifter_outward)},
+    {"lifter_forward", "N s", "part of forward on lifters", HIT(lifter_forward)}};
+const struct mill_sums_list mill_charge_hits = {"hits", sizeof(struct mill_charge_hits), 7, hit_of};
 
 static const struct mill_sum all_of = {
     "", "", "", MILL_H5_F64, 0, sizeof(struct mill_charge_sum) / 8, 8};
@@ -32,15 +46,17 @@ bool mill_charge_init(struct mill_charge *c, const struct mill_world *world, dou
     const struct mill_pose frame = mill_world_frame(world, 0);
     const vec3 w = mill_motion_pose(m, 0).angular_velocity;
     const double g = vec3_norm(world->g), speed = vec3_norm(w), radius = world->drum_radius;
-    double largest = 0, reach = radius;
+    double largest = 0, heaviest = 0, reach = radius;
     /* only a constant turn about its own, horizontal axis */
     if (!(g > 0 && speed > 0) || m->on || mill_motion_bounds(m, in->frame.place).spin_up > 0 ||
         vec3_norm(vec3_cross(w, frame.x)) > 1e-9 * speed ||
         vec3_norm(frame.velocity) > 1e-9 * speed * radius ||
         fabs(vec3_dot(world->g, frame.x)) > 1e-6 * g)
         return true;
-    for (int k = 0; k < world->species_count; k++)
+    for (int k = 0; k < world->species_count; k++) {
         largest = fmax(largest, 2 * world->species[k].radius);
+        heaviest = fmax(heaviest, world->species[k].mass);
+    }
     for (int k = 0; k < world->shapes; k++) {
         const struct mill_shape *shape = world->shape[k];
         const bool end = mill_body_is(shape)->inside && shape->wall > 0;
@@ -54,6 +70,8 @@ bool mill_charge_init(struct mill_charge *c, const struct mill_world *world, dou
                               .centre = frame.place,
                               .down = vec3_scale(world->g, 1 / g),
                               .inner = reach - largest,
+                              .tip = radius - fmax(0.05 * (radius - reach), 1e-6 * radius),
+                              .unit = heaviest * 1e-4,
                               .met = calloc((size_t)world->balls + 1, sizeof *c->met)};
     c->rising = vec3_scale(vec3_cross(w, c->down), 1 / speed);
     const bool good = mill_sums_make(&c->blocks, &list, MILL_ENERGIES_BLOCKS) && c->met;
@@ -87,11 +105,44 @@ void mill_charge_sample(const struct mill_charge *c, uint64_t block, double t, u
     }
 }
 
+/* Adds an impact on the liner. */
+static void add_hit(const struct mill_charge *c, struct mill_charge_sum *s,
+                    const struct mill_impact *impact)
+{
+    const struct mill_shape *shape = c->world->shape[impact->surface];
+    const vec3 q = vec3_sub(impact->position, c->centre);
+    const double x = vec3_dot(q, c->rising), y = -vec3_dot(q, c->down), r = sqrt(x * x + y * y);
+    if (shape->motion != c->world->container.motion || !(r > 0) ||
+        (mill_body_is(shape)->inside && shape->wall > 0))
+        return;
+    const double turn = 0.5 + mill_elementary_atan2(x, -y) / (2 * MILL_PI);
+    const double jx = -vec3_dot(impact->impulse, c->rising),
+                 jy = vec3_dot(impact->impulse, c->down);
+    const double outward = (x * jx + y * jy) / r, forward = (x * jy - y * jx) / r;
+    struct mill_charge_hits *hit = &s->hit[(int)(turn * ANGLES) % ANGLES];
+    hit->count += !impact->lasting;
+    hit->normal += impact->dissipation_normal;
+    hit->sliding += impact->dissipation - impact->dissipation_normal;
+    hit->outward += outward;
+    hit->forward += forward;
+    if (r > c->tip)
+        return;
+    const double size = vec3_norm(impact->impulse);
+    int octave;
+    const int half = frexp(size / c->unit, &octave) > sqrt(0.5);
+    const int bin = (int)fmin(fmax(2 * octave - 2 + half, 0), MILL_CHARGE_SIZES - 1);
+    hit->lifter_outward += outward;
+    hit->lifter_forward += forward;
+    s->sizes[(int)(turn * MILL_CHARGE_WIDE) % MILL_CHARGE_WIDE][bin] += size;
+}
+
 void mill_charge_impact(const struct mill_charge *c, uint64_t block, bool open,
                         const struct mill_impact *impact)
 {
     const int32_t ball[2] = {impact->ball, impact->partner};
     const int16_t species[2] = {impact->species, impact->partner_species};
+    if (c->world && open && impact->surface >= 0)
+        add_hit(c, &c->block[block], impact);
     for (int k = 0; c->world && k < 2 && species[k] >= 0; k++) {
         const double flight = impact->time - c->met[ball[k]];
         const double diameter = 2 * c->world->species[species[k]].radius;
@@ -175,6 +226,13 @@ void mill_charge_estimate(const struct mill_charge *c, uint64_t from, uint64_t t
     number[MILL_CHARGE_FLIGHT + 1] = s->across / s->mass;
     number[MILL_CHARGE_FLIGHT + 2] = s->up / s->mass;
     find_circulation(s, c->world->drum_radius, &number[MILL_CHARGE_FLIGHT + 3]);
+    double all = 0, above = 0;
+    const double toe = ANGLES * (0.5 + number[MILL_CHARGE_TOE] / (2 * MILL_PI));
+    for (int k = 0; k < ANGLES; k++) {
+        all += s->hit[k].normal;
+        above += s->hit[k].normal * fmin(fmax(toe - k, 0), 1);
+    }
+    number[MILL_CHARGE_ABOVE_TOE] = isnan(toe) ? toe : above / all;
 }
 
 void mill_charge_results(const struct mill_charge *const *start, int starts, uint64_t from,

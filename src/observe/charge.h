@@ -6,6 +6,15 @@
 #include "observe/energies.h"
 
 enum { MILL_CHARGE_ANGLES = 180, MILL_CHARGE_SECTORS = 60, MILL_CHARGE_RINGS = 30 };
+enum { MILL_CHARGE_WIDE = 36, MILL_CHARGE_SIZES = 36 };
+
+/* What the liner got at an angle: all that turns with the wall, but no end of it */
+struct mill_charge_hits {
+    double count, normal, sliding;         /* [J] lost along the normal, in the surface */
+    double outward, forward;               /* [N s] from the axis, and with the turning */
+    double lifter_outward, lifter_forward; /* [N s] of these on lifters */
+};
+extern const struct mill_sums_list mill_charge_hits;
 
 /* Of a stretch of time, sums over samples; angles begin at the highest place. All are doubles. */
 struct mill_charge_sum {
@@ -13,11 +22,14 @@ struct mill_charge_sum {
     double flight;                                       /* [s] */
     double layer[MILL_CHARGE_ANGLES];                    /* [kg] at the wall */
     double flow[MILL_CHARGE_SECTORS][MILL_CHARGE_RINGS]; /* [kg m/s] around the axis */
+    struct mill_charge_hits hit[MILL_CHARGE_ANGLES];
+    double sizes[MILL_CHARGE_WIDE]
+                [MILL_CHARGE_SIZES]; /* [N s] on lifters, by the size of the impact */
 };
 
-/* What is known of it, after these the centres of mass and of circulation, across and up */
+/* What is known of it, after the flight the centres of mass and of circulation, across and up */
 enum { MILL_CHARGE_TOE, MILL_CHARGE_SHOULDER, MILL_CHARGE_REPOSE, MILL_CHARGE_FLIGHT };
-enum { MILL_CHARGE_NUMBERS = MILL_CHARGE_FLIGHT + 5 };
+enum { MILL_CHARGE_ABOVE_TOE = MILL_CHARGE_FLIGHT + 5, MILL_CHARGE_NUMBERS };
 extern const char *const mill_charge_words[MILL_CHARGE_NUMBERS][3]; /* name, unit, meaning */
 
 struct mill_charge {
@@ -26,6 +38,8 @@ struct mill_charge {
     uint64_t every;                 /* of them is a sample of the charge */
     vec3 centre, down, rising;      /* [m] of the axis; unit */
     double inner;                   /* [m] where the layer at the wall begins */
+    double tip;                     /* [m] what is nearer to the axis is a lifter */
+    double unit;                    /* [N s] lower bound of sizes, of which two double it */
     struct mill_sums blocks;        /* at the times of mill_energies_blocks */
     struct mill_charge_sum *block;  /* their records */
     double *met;                    /* [s][balls] when they had their last impact */
@@ -38,7 +52,8 @@ bool mill_charge_init(struct mill_charge *charge, const struct mill_world *world
 void mill_charge_sample(const struct mill_charge *charge, uint64_t block, double t, uint64_t done,
                         uint64_t until);
 
-/* Ends the flights of the impact's balls, which count in the block if it is `open`. */
+/* Ends the flights of the impact's balls, and adds what the liner gets; both count in the block if
+ * it is `open`. */
 void mill_charge_impact(const struct mill_charge *charge, uint64_t block, bool open,
                         const struct mill_impact *impact);
 

@@ -34,13 +34,15 @@ bool mill_gathered_make(struct mill_gathered *g, const struct mill_gathered_plan
     const struct {
         const struct mill_sums_list *list;
         size_t count;
-    } of[] = {[MILL_GATHERED_IMPACTS] = {&mill_spectrum_sums, spectra},
-              [MILL_GATHERED_STRIKES] = {&mill_spectrum_sums, spectra},
-              [MILL_GATHERED_PAIRS] = {&mill_energies_sums, plan->energies.pairs},
-              [MILL_GATHERED_HITS] = {&mill_maps_hits, plan->maps.cells},
-              [MILL_GATHERED_FLOW] = {&mill_maps_flow, plan->maps.cells},
-              [MILL_GATHERED_WEAR] = {&mill_wear_sums, (size_t)plan->wear.facets},
-              [MILL_GATHERED_COUNTS] = {&counts, 1}};
+    } of[] = {
+        [MILL_GATHERED_IMPACTS] = {&mill_spectrum_sums, spectra},
+        [MILL_GATHERED_STRIKES] = {&mill_spectrum_sums, spectra},
+        [MILL_GATHERED_PAIRS] = {&mill_energies_sums, plan->energies.pairs},
+        [MILL_GATHERED_HITS] = {&mill_maps_hits, plan->maps.cells},
+        [MILL_GATHERED_FLOW] = {&mill_maps_flow, plan->maps.cells},
+        [MILL_GATHERED_WEAR] = {&mill_wear_sums, (size_t)plan->wear.facets},
+        [MILL_GATHERED_ALONG] = {&mill_wear_along_sums, plan->wear.contour ? MILL_WEAR_BINS : 0},
+        [MILL_GATHERED_COUNTS] = {&counts, 1}};
     bool good = true;
     for (int i = 0; i < MILL_GATHERED_PARTS; i++)
         good = mill_sums_make(&g->part[i], of[i].list, of[i].count) && good;
@@ -50,6 +52,7 @@ bool mill_gathered_make(struct mill_gathered *g, const struct mill_gathered_plan
     g->hits = g->part[MILL_GATHERED_HITS].record;
     g->flow = g->part[MILL_GATHERED_FLOW].record;
     g->wear = g->part[MILL_GATHERED_WEAR].record;
+    g->along = g->part[MILL_GATHERED_ALONG].record;
     g->counts = g->part[MILL_GATHERED_COUNTS].record;
     return good;
 }

@@ -36,6 +36,7 @@ enum {
     MILL_GATHERED_HITS,
     MILL_GATHERED_FLOW,
     MILL_GATHERED_WEAR,
+    MILL_GATHERED_ALONG,
     MILL_GATHERED_COUNTS,
     MILL_GATHERED_PARTS
 };
@@ -47,7 +48,7 @@ struct mill_gathered {
     struct mill_energies_pair *pair;       /* [pairs] */
     struct mill_map_hits *hits;            /* [cells] */
     struct mill_map_flow *flow;            /* [cells] */
-    struct mill_wear_sum *wear;            /* [facets] */
+    struct mill_wear_sum *wear, *along;    /* [facets]; [bins], none without a contour */
     struct mill_gathered_counts *counts;
     int64_t last; /* number of the last original portion in it (tally.c) */
 };

@@ -167,6 +167,9 @@ static enum mill_status on_impact(struct mill_observer *observer, const struct m
             map_impact(tally, impact);
             if (wear)
                 mill_wear_impact(&tally->plan.wear, wear, impact);
+            const int bin = mill_wear_facets_bin(&tally->plan.wear, impact);
+            if (bin >= 0)
+                mill_wear_impact(&tally->plan.wear, tally->gathered.along + bin, impact);
         }
         status = count_strike(tally, impact, normal, tangential, error);
     }

@@ -246,6 +246,22 @@ static void tell_charge(struct mill_sink *sink, const struct mill_tally_results 
     mill_tell_array(sink, "occupancy", MILL_CHARGE_ANGLES, r->charge_sum.layer, "kg",
                     "mass in this layer, of all samples, in bins of 2 degrees from -180 degrees "
                     "on");
+    double edges[MILL_CHARGE_SIZES + 1];
+    for (int k = 0; k <= MILL_CHARGE_SIZES; k++)
+        edges[k] = ldexp(r->tally->charge.unit * (k % 2 ? sqrt(2) : 1), k / 2);
+    const size_t dims[2] = {MILL_CHARGE_WIDE, MILL_CHARGE_SIZES};
+    sink->open(sink, "liner");
+    mill_sums_tell_all(
+        &(struct mill_sums){&mill_charge_hits, MILL_CHARGE_ANGLES, (void *)r->charge_sum.hit},
+        sink);
+    mill_tell_number(sink, "duration",
+                     r->charge_sum.samples * (double)r->tally->charge.every *
+                         r->tally->charge.interval,
+                     "s", "of these sums");
+    mill_tell_array(sink, "edges", MILL_CHARGE_SIZES + 1, edges, "N s", "sizes of impacts");
+    sink->values(sink, "sizes", MILL_H5_F64, 2, dims, r->charge_sum.sizes, "N s",
+                 "impulse on lifters by the size of the impact, in bins of 10 degrees");
+    sink->close(sink);
     sink->close(sink);
 }
 
@@ -390,7 +406,8 @@ void mill_tally_results_tell(const struct mill_tally_results *r, struct mill_sin
         mill_maps_tell(&plan->maps, &sums->part[MILL_GATHERED_HITS], sums->flow,
                        sums->counts->samples, sink);
         if (!sink->part) /* another program's run: the surfaces that balls met are not known */
-            mill_wear_tell(&plan->wear, sums->wear, r->duration, r->tally->asked.wear, sink);
+            mill_wear_tell(&plan->wear, sums->wear, sums->along, r->duration, r->tally->asked.wear,
+                           sink);
     }
     tell_motions(sink, r);
     tell_precision(sink, r);

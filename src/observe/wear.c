@@ -20,13 +20,15 @@
 #define FACET(member) offsetof(struct mill_wear_sum, member), 0, 0
 
 static const struct mill_sum sum_of[] = {
-    {"count", "1", "impacts on the facet", MILL_H5_U64, FACET(count)},
+    {"count", "1", "impacts", MILL_H5_U64, FACET(count)},
     {"normal", "J", "lost along the normal", MILL_H5_F64, FACET(normal)},
     {"sliding", "J", "lost in the surface", MILL_H5_F64, FACET(sliding)},
     {"slid", "J", "part of it of impacts that did not stick", MILL_H5_F64, FACET(slid)},
     {"carved", "J", "m g^2 f(angle) of Finnie's law", MILL_H5_F64, FACET(carved)}};
 
 const struct mill_sums_list mill_wear_sums = {"wear", sizeof(struct mill_wear_sum), 5, sum_of};
+const struct mill_sums_list mill_wear_along_sums = {"along", sizeof(struct mill_wear_sum), 5,
+                                                    sum_of};
 
 bool mill_wear_init(struct mill_wear_plan *plan, const struct mill_world *world)
 {
@@ -391,8 +393,9 @@ static void tell_mesh(const struct mill_wear_plan *plan, const struct worn *worn
     mill_mesh_free(&mesh);
 }
 
-void mill_wear_tell(const struct mill_wear_plan *plan, const struct mill_wear_sum *sum,
-                    double duration, const struct mill_wear_law *law, struct mill_sink *sink)
+void mill_wear_tell(const struct mill_wear_plan *plan, struct mill_wear_sum *sum,
+                    struct mill_wear_sum *along, double duration, const struct mill_wear_law *law,
+                    struct mill_sink *sink)
 {
     const size_t n = (size_t)plan->facets;
     struct worn *worn = mill_sink_room(sink, n, sizeof *worn);
@@ -406,6 +409,11 @@ void mill_wear_tell(const struct mill_wear_plan *plan, const struct mill_wear_su
     mill_sums_tell_all(&(struct mill_sums){&worn_list, n, worn}, sink);
     tell_cells(plan, sink);
     tell_mesh(plan, worn, sink);
+    if (plan->contour) {
+        sink->open(sink, "along");
+        mill_sums_tell_all(&(struct mill_sums){&mill_wear_along_sums, MILL_WEAR_BINS, along}, sink);
+        sink->close(sink);
+    }
     sink->close(sink);
     free(worn);
 }

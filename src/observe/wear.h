@@ -42,6 +42,8 @@ struct mill_wear_part {
         *cell; /* [n[0]][n[1]][n[2]][6] number of the facet; -1: nothing of the surface is there */
 };
 
+struct mill_contour;
+
 /* The facets of a world. They do not change. */
 struct mill_wear_plan {
     int parts;
@@ -51,6 +53,8 @@ struct mill_wear_plan {
     int32_t *part_of; /* [shapes of the world] */
     struct mill_wear_facet *facet;
     const struct mill_world *world;
+    const struct mill_contour *contour; /* that holds the balls; NULL: no contour does */
+    double *along;                      /* [m] from its first corner to the ends of its pieces */
     struct mill_pose start[MILL_MOTIONS_MOST + 1]; /* of what stands still, and of the motions, at
                                                       t = 0 */
 };
@@ -63,6 +67,10 @@ void mill_wear_facets_free(struct mill_wear_plan *plan);
 /* Number of the facet at a place of a part that faces in a direction, both in the frame of the
  * part's motion; -1: the part has none */
 int32_t mill_wear_facets_find(const struct mill_wear_plan *plan, int part, vec3 place, vec3 facing);
+
+/* Number of the bin of the contour's developed length that an impact is in; -1: it is not on it */
+enum { MILL_WEAR_BINS = 2000 };
+int mill_wear_facets_bin(const struct mill_wear_plan *plan, const struct mill_impact *impact);
 
 /* Length of the list of cells of a part, with a place for each face; 0: it has no facets */
 size_t mill_wear_facets_cells(const struct mill_wear_part *part);
@@ -91,7 +99,7 @@ struct mill_wear_sum {
     double carved;          /* [J] Finnie's m g^2 f(angle); see wear.c */
 };
 
-extern const struct mill_sums_list mill_wear_sums;
+extern const struct mill_sums_list mill_wear_sums, mill_wear_along_sums;
 
 /* Makes the facets of a world. false: out of memory. The caller frees them in both cases. */
 bool mill_wear_init(struct mill_wear_plan *plan, const struct mill_world *world);
@@ -109,8 +117,10 @@ void mill_wear_impact(const struct mill_wear_plan *plan, struct mill_wear_sum *s
 enum { MILL_WEAR_SHOWN = 5 };
 const char *mill_wear_shown(int k);
 
-/* Writes the group "wear" of a window of `duration` [s]. sum: [facets]; law: [kinds] */
-void mill_wear_tell(const struct mill_wear_plan *plan, const struct mill_wear_sum *sum,
-                    double duration, const struct mill_wear_law *law, struct mill_sink *sink);
+/* Writes the group "wear" of a window of `duration` [s]. sum: [facets]; along: [bins]; law: [kinds]
+ */
+void mill_wear_tell(const struct mill_wear_plan *plan, struct mill_wear_sum *sum,
+                    struct mill_wear_sum *along, double duration, const struct mill_wear_law *law,
+                    struct mill_sink *sink);
 
 #endif

@@ -5,6 +5,7 @@
 #include "observe/wear.h"
 
 #include "base/elementary.h"
+#include "geometry/contour.h"
 #include "observe/outline.h"
 
 #include <stdlib.h>
@@ -344,9 +345,57 @@ static bool list_parts(struct mill_wear_plan *plan)
     return good;
 }
 
+/* ---- along the contour ---- */
+
+/* [m] of an arc of this bend, from its middle to a place at this distance along its tangent there
+ */
+static double developed(double bend, double x)
+{
+    const double sine = fmax(-1, fmin(2 * bend * x, 1));
+    return fabs(sine) > 1e-6 ? mill_elementary_asin(sine) / (2 * bend) : x;
+}
+
+static bool develop(struct mill_wear_plan *plan)
+{
+    for (int k = 0; k < plan->world->shapes; k++)
+        if (plan->world->shape[k]->type == &mill_contour_wall)
+            plan->contour = (const struct mill_contour *)plan->world->shape[k];
+    const int n = plan->contour ? plan->contour->pieces : 0;
+    plan->along = calloc((size_t)n + 1, sizeof *plan->along);
+    for (int k = 0; plan->along && k < n; k++) {
+        const struct mill_contour_piece *p = &plan->contour->piece[k];
+        const double x = p->end[1][0] - p->end[0][0], y = p->end[1][1] - p->end[0][1];
+        plan->along[k + 1] = plan->along[k] + 2 * developed(p->bend, 0.5 * sqrt(x * x + y * y));
+    }
+    return plan->along;
+}
+
+int mill_wear_facets_bin(const struct mill_wear_plan *plan, const struct mill_impact *impact)
+{
+    const struct mill_contour *c = plan->contour;
+    if (!c || impact->surface < 0 || plan->world->shape[impact->surface] != &c->body.convex.base)
+        return -1;
+    const vec3 r = vec3_sub(impact->place, c->body.is.centre);
+    const double x = vec3_dot(r, c->body.is.x), y = vec3_dot(r, c->body.is.y);
+    const struct mill_contour_nook nook = mill_contour_nook_at(c, x, y);
+    double least = INFINITY;
+    int at = 0;
+    for (int i = 0; i < nook.count; i++) {
+        const int k = mill_contour_listed(c, nook, i);
+        const double d = fabs(mill_contour_look(&c->piece[k], x, y).d);
+        at = d < least ? k : at;
+        least = fmin(d, least);
+    }
+    const struct mill_contour_piece *p = &c->piece[at];
+    const double half = 0.5 * (plan->along[at + 1] - plan->along[at]);
+    const double t = developed(p->bend, p->ny * (x - p->x) - p->nx * (y - p->y));
+    const double s = plan->along[at] + half + fmax(-half, fmin(t, half));
+    return (int)(s / plan->along[c->pieces] * MILL_WEAR_BINS) % MILL_WEAR_BINS;
+}
+
 bool mill_wear_facets_make(struct mill_wear_plan *plan)
 {
-    if (!list_parts(plan))
+    if (!list_parts(plan) || !develop(plan))
         return false;
     const double few = (double)plan->parts * FEWEST, all = few > MOST ? MOST : USUAL;
     const double size = sqrt(plan->area / all);
@@ -364,5 +413,6 @@ void mill_wear_facets_free(struct mill_wear_plan *plan)
     }
     free(plan->part);
     free(plan->part_of);
+    free(plan->along);
     free(plan->facet);
 }

@@ -509,7 +509,9 @@ def test_a_small_rate_has_characters_that_a_terminal_shows():
 def test_the_finding_is_told_in_lines_of_eighty(path, monkeypatch):
     said = f"{'a' * 40} {'b' * 40}"
     monkeypatch.setattr(wear, "finding", lambda _: said)
-    text = wear.run(types.SimpleNamespace(run=path, set=[], faces=False)).text
+    text = wear.run(
+        types.SimpleNamespace(run=path, set=[], faces=False, **dict.fromkeys(("worn", "after", "removed", "density")))
+    ).text
     assert text.startswith(said.replace(" ", "\n") + "\n\n")
 
 

@@ -42,7 +42,7 @@ from milltools.read.histogram import Histogram, _of_pairs
 from milltools.read.kinds import KINDS
 from milltools.read.runfile import Run
 
-ANY = [name for name in FIGURES if name != "charge"]  # of any mill; the other is in test_charge_figure.py
+ANY = [name for name in FIGURES if name not in ("charge", "liner")]  # of any mill; see test_charge_figure, test_liner
 PLAIN = SMALL.replace("count = 20", "count = 300").replace("time = 50 ms", "time = 0.25 s\nsample_from = 0.05 s")
 MIXTURE = """
 [run]

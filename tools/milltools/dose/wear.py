@@ -4,6 +4,8 @@ import dataclasses
 import itertools
 import math
 import operator
+import os
+import pathlib
 import textwrap
 import typing
 
@@ -11,9 +13,12 @@ import numpy as np
 
 from milltools.base.answer import Answer
 from milltools.base.errors import UserError
+from milltools.base.files import check_writable, write_text
 from milltools.base.progress import say
-from milltools.base.text import columns, number
-from milltools.dose import dose
+from milltools.base.text import columns, number, plain
+from milltools.dose import dose, liner
+from milltools.dose.liner import STEP, Liner
+from milltools.read import values
 from milltools.read.runfile import Run
 from milltools.read.wear import PLACE, Wear
 
@@ -21,7 +26,8 @@ SUMMARY = (
     "Says which parts of the mill the balls wear: for each part the power that is lost along the normal and by "
     "sliding, its share, and where sliding is densest; with --faces for each face too. With the coefficients of [wear] "
     "of the deck or of -s, also the depth that sliding removes (Archard) and the mass that erosion removes (Finnie). "
-    "'mill plot RUN --figure wear' draws it."
+    "'mill plot RUN --figure wear' draws it. Of a liner that is a contour it says where it wears; --worn writes the "
+    "contour that is left."
 )
 YEAR = 365.25 * 86400
 ENOUGH = 20  # impacts on a facet, for its depth to be told, and for it to set a scale of colours
@@ -90,17 +96,29 @@ def faces(run: Run, sets: typing.Sequence[str] = ()) -> list[Face]:
 
 def _recompute(wear: Wear, column: dict[str, np.ndarray], sets: typing.Sequence[str]) -> None:
     """Sets the depths and masses of `column` to those with other coefficients. UserError where nothing can be told."""
+    kinds = list(dict.fromkeys(part.kind for part in wear.parts))
+    kind_of, laws = np.array([kinds.index(part.kind) for part in wear.parts])[wear.part], coefficients(wear, sets)
+    slid, carved = wear["slid_power"], wear["carved_power"]
+    for k, kind in enumerate(kinds):
+        own, (archard, erosion) = kind_of == k, laws[kind]
+        column["archard_rate"][own] = archard * slid[own]
+        column["finnie_rate"][own] = erosion * carved[own]
+    if not (np.isfinite(column["archard_rate"]).any() or np.isfinite(column["finnie_rate"]).any()):
+        raise UserError(f"{wear.run.path}: no depth: it needs wear.archard, wear.hardness and a friction above 0")
+
+
+def coefficients(wear: Wear, sets: typing.Sequence[str]) -> dict[str, tuple[float, float]]:
+    """(depth per work [m^3/J] of Archard's law, mass per energy [kg/J] of Finnie's) of each kind of contact of the
+    parts, from the deck and "SECTION.KEY=VALUE" of [wear]; NaN where coefficients are not known."""
     deck, kinds = wear.run.as_deck, list(dict.fromkeys(part.kind for part in wear.parts))
-    base, asked = deck.sections.get("wear", {}), dose.given(sets, ("wear",))
-    kind_of = np.array([kinds.index(part.kind) for part in wear.parts])[wear.part]
+    base, asked, found = deck.sections.get("wear", {}), dose.given(sets, ("wear",)), {}
     for section, _, _ in asked:
         if section != "wear" and section.removeprefix("wear.") not in kinds:
             raise UserError(f"[{section}]: no part of this mill has this kind of contact: one of {', '.join(kinds)}")
     if not wear.run.has(f"{PLACE}/slid_power"):
         raise UserError(f"{wear.run.path}: an older version wrote it: run the deck again with the coefficients")
-    slid, carved = wear["slid_power"], wear["carved_power"]
-    for k, kind in enumerate(kinds):
-        own, law = kind_of == k, {}
+    for kind in kinds:
+        law = {}
         for key in COEFFICIENTS:
             text = deck.sections.get(f"wear.{kind}", {}).get(key)
             # the file does not tell what a section of a kind had from [wear]: what is equal
@@ -111,10 +129,69 @@ def _recompute(wear: Wear, column: dict[str, np.ndarray], sets: typing.Sequence[
             other = ("wear.archard=1e-4", "'wear.hardness=2 GPa'")[law["archard"] > 0]
             raise UserError(f"{wear.run.path}: the depth needs both wear.archard and wear.hardness: add -s {other}")
         resists = law["hardness"] * deck.contact(kind).friction
-        column["archard_rate"][own] = (law["archard"] / resists if resists else math.nan) * slid[own]
-        column["finnie_rate"][own] = (law["erosion"] or math.nan) * carved[own]
-    if not (np.isfinite(column["archard_rate"]).any() or np.isfinite(column["finnie_rate"]).any()):
-        raise UserError(f"{wear.run.path}: no depth: it needs wear.archard, wear.hardness and a friction above 0")
+        found[kind] = law["archard"] / resists if resists else math.nan, law["erosion"] or math.nan
+    return found
+
+
+# ---- the contour that is left
+
+
+def depth_rate(found: Liner, sets: typing.Sequence[str] = (), density: float = math.nan) -> np.ndarray:
+    """(bins,) depth removed per time [m/s] along a period of the contour, by sliding wear and, with the density
+    [kg/m^3] of the liner, by erosion; NaN without coefficients."""
+    archard, erosion = coefficients(Wear(found.run), sets)[found.run.vessel_kinds[0]]
+    slides, carves = archard * found.density("slid"), erosion / density * found.density("carved")
+    return np.where(np.isfinite(slides) & np.isfinite(carves), slides + carves, np.fmax(slides, carves))
+
+
+def worn_after(found: Liner, arguments) -> tuple[np.ndarray, float]:
+    """Depths [m] (bins,) after the time, or with the share of the height removed, that the options ask for; and this
+    time [s], NaN if coefficients are missing."""
+    density = values.tell([f"balls.density={arguments.density}"])[0].value if arguments.density else math.nan
+    rate = depth_rate(found, arguments.set, density)
+    known = bool(np.isfinite(rate).all() and rate.any())
+    if arguments.after is not None:
+        (time,) = values.seconds({"--after": arguments.after})
+        if not known:
+            raise UserError(
+                f"{found.run.path}: no depth after a time without coefficients: add {SUCH_AS} (for erosion "
+                "-s 'wear.erosion=1e-12 kg/J' --density '7.8 g/cm^3'), or give --removed '10 %' in place of --after"
+            )
+        return rate * time, time
+    share = _share(arguments.removed)
+    depth = found.scaled(rate if known else found.density("slid"), share * found.height)
+    return depth, float(depth.sum() / rate.sum()) if known else math.nan
+
+
+def _share(text: str) -> float:
+    """--removed."""
+    try:
+        (one,) = values.tell([f"balls.fill={text}"])
+    except UserError:
+        raise UserError(f"--removed: expected a share such as '10 %', got '{plain(text)}'") from None
+    return float(one.value)
+
+
+def wear_out(found: Liner, arguments) -> tuple[str, dict]:
+    """Writes the contour that is left to --worn; what it says, and the facts."""
+    depth, time = worn_after(found, arguments)
+    left, largest = found.worn(depth), float(found.smoothed(depth).max())
+    removed = left.area - found.contour.area
+    when = f" after {number(time / 3600)} h" if time == time else ""
+    made = f"mill wear {pathlib.Path(found.run.path).name}: the contour{when}"
+    write_text(arguments.worn, left.text([plain(made)]))
+    said = (
+        f"{plain(arguments.worn)}: the contour{when}, {len(left.vertices)} vertices; {number(1e6 * removed)} mm² "
+        f"removed, at most {number(1e3 * largest)} mm deep. drum.profile = file reads it."
+    )
+    share, steps = (largest / found.height, math.ceil(largest / found.height / STEP)) if found.height else (0.0, 1)
+    if share > STEP:
+        said += (
+            f" This is {100 * share:.0f} % of the height of the liner in one step, and its shape changes what the "
+            f"balls do: make {steps} steps, each with a run of its own ('mill sweep input/liner-life.study' does it)."
+        )
+    facts = {"time": time, "removed_area": removed, "largest_depth": largest, "height": found.height, "steps": steps}
+    return said, facts
 
 
 def parts(found: list[Face]) -> list[tuple[Face, Face]]:
@@ -210,11 +287,45 @@ def add_arguments(parser):
         "-s", "--set", action="append", default=[], metavar="SECTION.KEY=VALUE",
         help="a value of [wear] for this run, such as wear.archard=1e-4 or 'wear.hardness=2 GPa'; may be repeated",
     )  # fmt: skip
+    add = parser.add_argument
+    add("--worn", metavar="NEXT.txt", help="write the contour of the liner that is left: lines and arcs")
+    add("--after", metavar="TIME", help="with --worn: after so much time, such as '1000 h'; needs coefficients")
+    add("--removed", metavar="SHARE", help="with --worn: when the tops have lost this share of the height, as '10 %%'")
+    add("--density", metavar="DENSITY", help="of the liner, with which erosion removes a depth, such as '7.8 g/cm^3'")
+    add("-f", "--force", action="store_true", help="overwrite an existing file")
+
+
+def check(arguments):
+    """UserError for options that do not fit together, or a file that would be overwritten."""
+    given = [name for name in ("after", "removed") if getattr(arguments, name)]
+    if arguments.worn is None and (given or arguments.density):
+        raise UserError(f"--{(given or ['density'])[0]}: only with --worn NEXT.txt")
+    if arguments.worn is None:
+        return
+    if len(given) != 1:
+        raise UserError("--worn: expected one of --after '1000 h' and --removed '10 %'")
+    check_writable(arguments.worn, [arguments.run])
+    if os.path.lexists(arguments.worn) and not arguments.force:
+        raise UserError(f"{plain(arguments.worn)}: exists already; --force overwrites it")
+
+
+def lining(run: Run) -> list[tuple[str, dict]]:
+    """Sentences about the liner, with their facts: along its contour, then around the axis of a mill that tumbles."""
+    found, along = [], liner.why_not(run) is None and Liner(run)
+    if along:
+        facts = {"shares": along.shares("slid"), "hits": along.shares("normal"), "lifters": along.lifters}
+        found.append((f"{along.finding()}.", facts | {"height": along.height, "parts": along.parts}))
+    if liner.why_no_turn(run) is None:
+        turn = liner.Turn(run, along.lifters if along else liner.bars(run))
+        found.append((turn.finding(), turn.facts()))
+    return found
 
 
 def run(arguments) -> Answer:
+    check(arguments)
     with Run(arguments.run) as opened:
-        found = faces(opened, arguments.set)
+        found, about = faces(opened, arguments.set), lining(opened)
+        left = [wear_out(Liner(opened), arguments)] if arguments.worn else []
         for note in opened.notes:
             say("mill wear", f"note: {note}")
     said, pairs, (heads, rows) = finding(found), parts(found), sums(found)
@@ -227,9 +338,13 @@ def run(arguments) -> Answer:
     text += ["densest: power lost by sliding, per area, mean of the face where it is highest."]
     if not any(face.depth == face.depth for face in found):
         text += [f"For depths add coefficients: {SUCH_AS}"]
+    for sentence in [f"{said[0].upper()}{said[1:]}" for said, _ in about] + [said for said, _ in left]:
+        text += ["", *textwrap.wrap(sentence, 80)]
     power = sum(face.power for face in found) or 1.0
     results = {"faces": list(map(dataclasses.asdict, found)), "parts": [
         dataclasses.asdict(whole) | {"share": whole.power / power, "densest_face": top.face, "densest": top.density}
         for whole, top in pairs
-    ]}  # fmt: skip
-    return Answer("\n".join(text), {"run": arguments.run, "files": [], "finding": said, **results})
+    ], "liner": {key: value for _, facts in about for key, value in facts.items()}}  # fmt: skip
+    results |= {"worn": left[0][1]} if left else {}
+    files = [arguments.worn] if left else []
+    return Answer("\n".join(text), {"run": arguments.run, "files": files, "finding": said, **results})

@@ -17,9 +17,10 @@ def __getattr__(name):
     if name not in __all__:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     # these import matplotlib, which 'mill plot --help' does not need
-    from milltools.figures import base, charge, flow, inline, maps, overtime, spectra, wear
+    from milltools.figures import base, charge, flow, inline, liner, maps, overtime, spectra, wear
 
-    every = (*flow.FIGURES, *charge.FIGURES, *spectra.FIGURES, *maps.FIGURES, *wear.FIGURES, *overtime.FIGURES)
+    every = (*flow.FIGURES, *charge.FIGURES, *spectra.FIGURES, *maps.FIGURES, *wear.FIGURES, *liner.FIGURES)
+    every += overtime.FIGURES
     found = {"FIGURES": {figure.name: figure for figure in every}, "svg": inline.svg}
     globals().update(found, Columns=base.Columns, Figure=base.Figure)
     return globals()[name]

@@ -18,6 +18,7 @@ from milltools.base.files import opened
 from milltools.base.text import plain
 
 TINY = 1e-9  # of the size of a contour: what is closer than this meets
+SHORT = 1e-7  # of the size: shorter pieces of a worn contour are left out
 MOST_PIECES = 50_000
 LARGEST, BULGE = 1e12, 1e3  # a coordinate; a bulge
 CELLS = 24  # across a contour, for points that are computed together
@@ -766,5 +767,6 @@ def worn(contour: Contour, s, depth, smooth=0.0, tolerance=None) -> Contour:
     if not abs(tried[-1][1]) < 1e-3:
         raise ValueError("no contour has lost this area: smaller depths, or a larger smoothing length")
     new = new.fitted(area / contour.length / 100 if tolerance is None else tolerance)
+    new = Contour(new.vertices[new.width > SHORT * new.size])
     # what is left is some 1e-9 of the size
     return Contour(new.vertices * [*[math.sqrt((contour.area + area) / new.area)] * 2, 1.0])

@@ -46,11 +46,12 @@ GROUPS = {
         "Averaged around the axis (axial cut) and along it (cross-section), over the sampled window.",
     ),
     "wear": ("Wear", "Which parts wear", ""),
+    "liner": ("Liner", "What the liner gets", ""),
     "time": ("Over time", "Over time", ""),
 }
 # figures that are shown at once: the first ones of a group that can be drawn, all others of the group are folded
 SHOWN = {"energy": ("flow",), "spectra": ("energies-power", "speeds-power"), "wear": ("wear",)}
-OPTIONAL = ("charge", "dose")  # left out of a page that has nothing for them
+OPTIONAL = ("charge", "liner", "dose")  # left out of a page that has nothing for them
 CONTENTS = tuple((anchor, name) for anchor, (name, *_) in GROUPS.items())
 
 

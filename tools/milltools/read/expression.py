@@ -46,6 +46,7 @@ NAMES = {
     "shoulder": ("charge/shoulder/value", "shoulder of the charge"),
     "repose": ("charge/repose/value", "dynamic angle of repose"),
     "in_flight": ("charge/in_flight/value", "share of balls in flight"),
+    "above_toe": ("charge/above_toe/value", "share of the liner's impacts above the toe, by energy along the normal"),
 }
 OTHERS = {"drive/power": "rotor/power"}  # of a run without the first
 WORDS = {path: words for path, words in NAMES.values() if path} | {

@@ -159,6 +159,8 @@ RULES = [
         (r"statistics/wear/cells", WHOLE, (None, 6), _not_negative),
         (r"statistics/wear/lattices", NUMBER, (PARTS, 7), _finite),
         (FACETS, NUMBER, (None,), _positive),
+        (r"statistics/wear/along/count", NUMBER, (None,), _not_negative),
+        (r"statistics/wear/along/\w+", NUMBER, ("statistics/wear/along/count",), _no_infinity),
         (r"statistics/wear/(part|face|count)", WHOLE, (FACETS,), _not_negative),
         (r"statistics/wear/\w+", NUMBER, (FACETS,), _no_infinity),
         (f"{ENERGIES}/ball_ball/dissipation", NUMBER, (CLASSES, CLASSES, f"{ENERGIES}/edges -1"), _no_infinity),
@@ -172,6 +174,11 @@ RULES = [
         (r"statistics/precision/fast_rate/.*", NUMBER, (None,), None),
         (r"statistics/precision/.*", NUMBER, (), None),  # an exact value has infinitely many degrees of freedom
         (r"statistics/charge/occupancy", NUMBER, (None,), _not_negative),
+        (r"statistics/charge/liner/edges", NUMBER, (None,), _bins),
+        (r"statistics/charge/liner/sizes", NUMBER, (None, "statistics/charge/liner/edges -1"), _not_negative),
+        (r"statistics/charge/liner/duration", NUMBER, (), _not_negative),
+        (r"statistics/charge/liner/count", NUMBER, (None,), _not_negative),
+        (r"statistics/charge/liner/\w+", NUMBER, ("statistics/charge/liner/count",), _finite),
         (r"statistics/charge/.*", NUMBER, (), None),  # as precision; NaN where the charge has no such place
         (r"statistics/impacts/.*/(count|rate)", NUMBER, (), _not_negative),
         (r"statistics/.*", NUMBER, (), _no_infinity),

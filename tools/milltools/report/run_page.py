@@ -32,8 +32,8 @@ from milltools.report import facts
 HERE = pathlib.Path(__file__).resolve().parent
 CONTENTS = (
     ("verdict", "Answer"), ("energy", "Energy"), ("charge", "Charge"), ("spectra", "Impacts"), ("wear", "Wear"),
-    ("dose", "Dose"), ("summary", "All numbers"), ("maps", "Maps"), ("time", "Over time"), ("anomalies", "Checks"),
-    ("notes", "Notes"), ("how", "How it was run"), ("deck", "Deck"), ("cite", "Cite"),
+    ("liner", "Liner"), ("dose", "Dose"), ("summary", "All numbers"), ("maps", "Maps"), ("time", "Over time"),
+    ("anomalies", "Checks"), ("notes", "Notes"), ("how", "How it was run"), ("deck", "Deck"), ("cite", "Cite"),
 )  # fmt: skip
 FACES = 6  # of the table of wear are shown at once
 SPEED = "v\N{LATIN SUBSCRIPT SMALL LETTER N}"
@@ -280,6 +280,7 @@ def render(run, watch, rerun: str = "auto", printed: bool = False) -> str:
         still=still,
         why=why,
         worn=worn(run),
+        lining=[f"{said[0].upper()}{said[1:]}" for said, _ in wear.lining(run)] if "liner" in figures else [],
         faces=FACES,
         doses=doses,
         contact_heads=heads,

@@ -73,6 +73,10 @@ def dry_run(arguments) -> Answer:
 
 
 def run(arguments) -> Answer:
+    from milltools.study import life
+
+    if life.is_life(arguments.study):
+        return life.run(arguments)
     if arguments.dry_run:
         return dry_run(arguments)
     from milltools.study.plan import filling

@@ -71,8 +71,10 @@ class Study:
     left_out = 0
 
     def __init__(self, path, overrides=()):
-        self._lines = told = _Lines(pathlib.Path(path), overrides)
+        self._lines = told = Lines(pathlib.Path(path), overrides)
         self.file, self.text = str(told.path), told.text
+        for entry in told.of("life"):
+            raise entry.fault("a study with [life] is a chain of runs: only 'mill sweep' makes it")
         deck, self.deck_text, base = told.deck()
         self.deck = str(deck)
         self.objectives, fixed, self.vary = told.objectives(), told.fixed(), told.vary()
@@ -272,16 +274,16 @@ class Study:
         }
 
 
-class _Lines:
+class Lines:
     """The lines of one study deck; the first mistake is a UserError."""
 
     def __init__(self, path, overrides):
         self.path, self.text = path, lines.read_text(path)
         found = lines.entries(self.text, path)
         for entry in found:
-            if entry.section not in ("study", "set", "vary"):
+            if entry.section not in ("study", "set", "vary", "life"):
                 raise UserError(
-                    f"{entry.where}: [{entry.section}]: unknown section; there are [study], [set] and [vary]"
+                    f"{entry.where}: [{entry.section}]: unknown section; there are [study], [set], [vary] and [life]"
                 )
         self.entries, self.more = {}, []  # the first line of each key; more lines of lists
         for entry in found:
@@ -308,7 +310,7 @@ class _Lines:
         if not equals or "." not in name:
             raise UserError(f"--set {text}: expected study.KEY=VALUE, vary.SECTION.KEY=RANGE or SECTION.KEY=VALUE")
         section, _, key = name.partition(".")
-        if section not in ("study", "vary"):
+        if section not in ("study", "vary", "life"):
             section, key = "set", name
         entry, many = lines.Entry(section, key, value.strip(), f"--set {text}"), key in lines.LISTS
         if section == "study" and many and all(not one.line for one in self.lists(key)) and value.strip():
@@ -319,7 +321,7 @@ class _Lines:
         if section == "study" and many and not value.strip():
             del self.entries[section, key]
         # a key that becomes fixed is no longer varied, and the other way round
-        if section != "study":
+        if section in ("set", "vary"):
             self.entries.pop(("vary" if section == "set" else "set", key), None)
 
     def of(self, section):
@@ -328,8 +330,8 @@ class _Lines:
     def get(self, key):
         return self.entries.get(("study", key))
 
-    def whole(self, key, preset, least, most=10**9):
-        entry = self.get(key)
+    def whole(self, key, preset, least, most=10**9, section="study"):
+        entry = self.entries.get((section, key))
         if not entry:
             return preset
         if not re.fullmatch(r"\d+", entry.value) or not least <= int(entry.value) <= most:
@@ -397,6 +399,7 @@ class _Lines:
                 except UserError as fault:
                     faults.append(fault)
             raise UserError([str(one) for one in faults], faults[0].status) if faults else whole from None
+        self.given_in_deck = found
         self.given = frozenset(
             [*(value.key for value in values), *(key for section, key in self.entries if section != "study")]
         )
