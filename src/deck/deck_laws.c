@@ -85,7 +85,7 @@ bool mill_deck_materials_find(const struct mill_deck *deck, const char *section,
 
 static bool take_rows(const struct mill_deck_rows *rows, struct mill_fall *fall)
 {
-    const double(*row)[MILL_DECK_COLUMNS] = rows->row.item;
+    const double(*row)[2] = rows->row.item;
     fall->points = (int)rows->row.count;
     for (int k = 0; k < fall->points; k++) {
         const double *x = row[k];
@@ -137,10 +137,7 @@ static bool settle(struct mill_deck_text *text, const struct mill_deck_section *
                                   .form = "2 numbers 'v e': speed in m/s, restitution",
                                   .columns = 1u << 2,
                                   .most = MILL_FALL_POINTS};
-    const bool good = mill_deck_files_read(&rows) && take_rows(&rows, fall);
-    free(rows.row.item);
-    free(rows.line.item);
-    return good;
+    return mill_deck_files_read(&rows) && take_rows(&rows, fall);
 }
 
 static bool settle_all(struct mill_deck *deck)

@@ -5,32 +5,9 @@
 #include "deck/deck_private.h"
 #include "geometry/shapes.h"
 
-enum { MOST_CORNERS = 4000, COLUMNS = 3 };
+enum { MOST_CORNERS = 4000 };
 
 static const char *const form_key[] = {"radius", "buckle_height", "lifters", "repeats", "file"};
-
-/* Reads the rows of a contour's file. */
-static bool read_rows(struct mill_deck *deck, const char *section, const char **file,
-                      struct mill_corner **corner, size_t *count)
-{
-    if (!mill_deck_files_find(&deck->text, section, "file", file))
-        return false;
-    struct mill_deck_rows rows = {.text = &deck->text,
-                                  .section = section,
-                                  .key = "file",
-                                  .path = *file,
-                                  .form = "2 or 3 numbers 'x y bulge' in SI units",
-                                  .columns = 1u << 2 | 1u << COLUMNS,
-                                  .most = MOST_CORNERS};
-    const bool good = mill_deck_files_read(&rows);
-    *count = rows.row.count;
-    *corner = mill_deck_keep(&deck->text, calloc(*count + 1, sizeof **corner));
-    for (size_t k = 0; k < *count && *corner; k++)
-        memcpy(&(*corner)[k], (double(*)[MILL_DECK_COLUMNS])rows.row.item + k, sizeof **corner);
-    free(rows.row.item);
-    free(rows.line.item);
-    return good && *corner;
-}
 
 /* Tells what is wrong with a contour. */
 static bool check(const struct mill_deck *deck, const char *section, const char *key,
@@ -63,11 +40,19 @@ static bool check(const struct mill_deck *deck, const char *section, const char 
 bool mill_deck_lining_read(struct mill_deck *deck, const char *section, const char **file,
                            struct mill_body *is)
 {
-    struct mill_corner *corner;
-    if (!read_rows(deck, section, file, &corner, &is->corners))
+    if (!mill_deck_files_find(&deck->text, section, "file", file))
         return false;
-    is->corner = corner;
-    return check(deck, section, "file", corner, is->corners);
+    struct mill_deck_rows rows = {.text = &deck->text,
+                                  .section = section,
+                                  .key = "file",
+                                  .path = *file,
+                                  .form = "2 or 3 numbers 'x y bulge' in SI units",
+                                  .columns = 1u << 2 | 1u << 3,
+                                  .most = MOST_CORNERS};
+    const bool good = mill_deck_files_read(&rows);
+    is->corners = rows.row.count;
+    is->corner = rows.row.item;
+    return good && check(deck, section, "file", is->corner, is->corners);
 }
 
 /* [m] The smallest radius with which a contour curves around the balls; *at: where this arc begins

@@ -204,7 +204,7 @@ static long list_rows(struct mill_deck *deck, const char *section, const char *p
                                   .columns = 1u << 2,
                                   .most = MILL_DECK_MOST_CLASSES};
     bool good = mill_deck_files_read(&rows);
-    const double(*row)[MILL_DECK_COLUMNS] = rows.row.item, none[2] = {0.0, 0.0}, *last = none;
+    const double(*row)[2] = rows.row.item, none[2] = {0.0, 0.0}, *last = none;
     const bool screens = rows.row.count > 1 && row[0][1] == 0.0;
     double all = 0.0;
     long n = 0;
@@ -221,8 +221,6 @@ static long list_rows(struct mill_deck *deck, const char *section, const char *p
         good = mill_deck_wrong(
             &deck->text, section, "sizes",
             "the shares in '%s' add up to %g, not to 100 %%; what passes begins at 0", path, all);
-    free(rows.row.item);
-    free(rows.line.item);
     return good ? n : 0;
 }
 
@@ -422,7 +420,5 @@ enum mill_status mill_deck_setup_world(const struct mill_deck *deck,
     if (status == MILL_OK)
         warn_of(deck, &fault.unchecked, true);
     mill_deck_release(&memory);
-    free(rows.row.item);
-    free(rows.line.item);
     return status;
 }
