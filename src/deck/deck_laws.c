@@ -318,7 +318,9 @@ static bool resolve(const struct mill_deck *deck, int kind, const struct mill_de
     if ((!falls || isnan(law->friction) || isnan(law->tangential)) && !find_pair(&by))
         return false;
     if (by.remark[0]) {
-        is->takes = (struct mill_deck_takes){!falls, isnan(law->friction), isnan(law->tangential)};
+        is->takes.restitution = !falls;
+        is->takes.friction = isnan(law->friction);
+        is->takes.tangential = isnan(law->tangential);
         snprintf(is->assumed, MILL_DECK_REMARK, "%.*s",
                  (int)(falls ? strcspn(by.remark, ":") : strlen(by.remark)), by.remark);
         const double speed = law->speed > 0.0 ? law->speed : by.law.speed;

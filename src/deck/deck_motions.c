@@ -207,7 +207,6 @@ static double critical_of(const struct mill_deck *deck)
     const struct mill_setup_surface *c = deck->mill.container;
     const struct mill_setup_motion *m =
         deck->mill.carrier >= 0 ? &setup->motion[deck->mill.carrier] : NULL;
-    double widest = 0.0;
     if (!m || m->type != &mill_turn_type || m->on >= 0 || (c && !c->solid->round))
         return 0.0;
     const struct mill_turn *turn = m->form;
@@ -215,12 +214,10 @@ static double critical_of(const struct mill_deck *deck)
     const double radius = c ? mill_solid_hull(c->solid, &is).radius : is.radius;
     const vec3 off = vec3_cross(vec3_sub(is.centre, turn->centre), turn->axis);
     const double across = vec3_norm(vec3_cross(setup->gravity, turn->axis));
-    for (int k = 0; k < setup->species; k++)
-        widest = fmax(widest, setup->balls[k].diameter);
     const bool own =
         vec3_norm(vec3_cross(is.z, turn->axis)) < ALONG && vec3_norm(off) < ALONG * radius;
     return own && across > ALONG * vec3_norm(setup->gravity)
-               ? sqrt(across / (radius - 0.5 * widest))
+               ? sqrt(across / (radius - 0.5 * deck->mill.widest))
                : 0.0;
 }
 

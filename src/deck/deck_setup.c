@@ -141,9 +141,7 @@ static void tell(const struct mill_deck *deck, const struct mill_deck_rows *rows
 static void warn_of(const struct mill_deck *deck, const struct mill_passing *place, bool unchecked)
 {
     char copy[32], other_copy[32] = "";
-    double d = 0.0;
-    for (int k = 0; k < deck->setup.species; k++)
-        d = fmax(d, deck->mill.balls[k].diameter);
+    const double d = deck->mill.widest;
     const bool wall = place->kind[1] == MILL_BALL_WALL, drum = place->other < 0;
     const double near = (wall ? 1.0 + EQUAL : drum ? 1.0 - EQUAL : NARROW) * d;
     if (unchecked ? isinf(place->when) : !(place->gap < near))
@@ -341,6 +339,7 @@ void mill_deck_balls_list(struct mill_deck *deck)
         if (!find_density(deck, balls) || !count_balls(deck, balls, &volume))
             return;
         mill->all += balls->count;
+        mill->widest = fmax(mill->widest, balls->diameter);
         const double count = (double)balls->count, cube = pow(balls->diameter, 3);
         mill->volume += count * MILL_PI / 6.0 * cube;
         mill->mass += count * balls->density * MILL_PI / 6.0 * cube;
