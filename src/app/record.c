@@ -233,21 +233,6 @@ static void write_entry(void *self, const char *section, const struct mill_key *
     mill_h5_write_text(self, path, value, key->meaning);
 }
 
-/* The deck, or its contours. NULL: out of memory. Owner: the caller. */
-static char *print_deck(const struct mill_deck *deck,
-                        void (*print)(const struct mill_deck *deck, FILE *out))
-{
-    char *text = NULL;
-    size_t size = 0;
-    FILE *stream = open_memstream(&text, &size);
-    if (stream)
-        print(deck, stream);
-    if (stream && fclose(stream) == 0)
-        return text;
-    free(text);
-    return NULL;
-}
-
 /* false: the deck names no table or mesh */
 static bool print_digest(const struct mill_deck *deck, char text[20])
 {
@@ -258,8 +243,8 @@ static bool print_digest(const struct mill_deck *deck, char text[20])
 
 void mill_record_deck(struct mill_h5 *file, const struct mill_deck *deck)
 {
-    char digest[20], *text = print_deck(deck, mill_deck_print);
-    char *contour = print_deck(deck, mill_deck_lining_print);
+    char digest[20], *text = mill_deck_printed(deck, mill_deck_print);
+    char *contour = mill_deck_printed(deck, mill_deck_lining_print);
     mill_h5_remove(file, "/deck");
     mill_deck_each(deck, write_entry, file);
     if (text)
@@ -354,7 +339,7 @@ enum mill_status mill_record_compare(struct mill_h5 *file, const char *name,
                                      const struct mill_deck *deck, struct mill_error *error)
 {
     const char *there = "", *here = "", *section = "", *more = "nothing more";
-    char *old = NULL, *new = print_deck(deck, mill_deck_print),
+    char *old = NULL, *new = mill_deck_printed(deck, mill_deck_print),
          *cut[2] = {NULL, new ? strdup(new) : NULL};
     struct mill_error what;
     enum mill_status status = mill_h5_read_text(file, "/deck/text", &old, NULL);

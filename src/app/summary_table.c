@@ -188,21 +188,21 @@ static void print_motions(const struct mill_world *world, const struct mill_deck
  */
 static void say_law(const struct mill_deck *deck, int kind, char text[2 * TEXT])
 {
-    const struct mill_deck_law *law = &deck->mill.contact[kind].law;
-    const struct mill_deck_takes *takes = &deck->mill.contact[kind].takes;
+    const struct mill_deck_contact *is = &deck->mill.contact[kind];
+    const struct mill_deck_law *law = &is->law;
     const struct mill_fall fall = mill_deck_laws_fall(law);
     const char *how = fall.points > 1    ? ", restitution %.3g..%.3g"
                       : fall.points == 1 ? ", restitution %.3g at %.3g m/s"
                                          : ", restitution %.3g";
     size_t used = 0;
     text[0] = '\0';
-    if (takes->restitution)
+    if (is->takes.restitution)
         used += (size_t)snprintf(
             text, 2 * TEXT, how, fall.points > 1 ? fall.restitution[0] : law->restitution,
             fall.points > 1 ? fall.restitution[fall.points - 1] : fall.speed[0]);
-    if (takes->friction)
+    if (is->takes.friction)
         used += (size_t)snprintf(text + used, 2 * TEXT - used, ", friction %.3g", law->friction);
-    if (takes->tangential)
+    if (is->takes.tangential)
         snprintf(text + used, 2 * TEXT - used, ", tangential %.3g", law->tangential);
 }
 

@@ -293,3 +293,17 @@ void mill_deck_print(const struct mill_deck *deck, FILE *out)
     fprintf(out, "# The full deck, defaults filled in, in SI units\n");
     mill_deck_each(deck, print_entry, &page);
 }
+
+char *mill_deck_printed(const struct mill_deck *deck,
+                        void (*print)(const struct mill_deck *deck, FILE *out))
+{
+    char *text = NULL;
+    size_t size = 0;
+    FILE *stream = open_memstream(&text, &size);
+    if (stream)
+        print(deck, stream);
+    if (stream && fclose(stream) == 0)
+        return text;
+    free(text);
+    return NULL;
+}

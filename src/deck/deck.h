@@ -81,11 +81,6 @@ struct mill_deck_law {
 /* The restitution that falls with the speed; without points: it is the same at any speed */
 struct mill_fall mill_deck_laws_fall(const struct mill_deck_law *law);
 
-/* Which values of a contact law are those of materials */
-struct mill_deck_takes {
-    bool restitution, friction, tangential;
-};
-
 /* [material.NAME]: its contact with itself; NaN: not known */
 struct mill_deck_material {
     struct mill_deck_law law;
@@ -112,7 +107,9 @@ struct mill_deck_contact {
     struct mill_deck_law law;
     /* where values of materials are used: of what pair, and where they come from; "": nowhere */
     char assumed[MILL_DECK_REMARK];
-    struct mill_deck_takes takes;
+    struct {
+        bool restitution, friction, tangential;
+    } takes;                             /* these */
     char section[MILL_KINDS_LENGTH + 8]; /* "contact.KIND", which gives or prints it */
 };
 
@@ -157,6 +154,7 @@ struct mill_deck_mill {
     double critical;     /* [rad/s] speed of this turn at which balls stay at the wall; 0: none */
     double share;        /* speed of this turn divided by the critical one, without its sign */
     double volume, mass; /* [m^3], [kg] of all balls */
+    double widest;       /* [m] their largest diameter */
     bool rotor;
     struct mill_setup_motion motion[MILL_MOTIONS_MOST];
     struct mill_deck_motion form[MILL_MOTIONS_MOST]; /* the numbers of the motions */
@@ -227,5 +225,9 @@ void mill_deck_lining_print(const struct mill_deck *deck, FILE *out);
 
 /* Prints the full deck, itself a deck. */
 void mill_deck_print(const struct mill_deck *deck, FILE *out);
+
+/* What one of these prints. NULL: out of memory. Owner: the caller. */
+char *mill_deck_printed(const struct mill_deck *deck,
+                        void (*print)(const struct mill_deck *deck, FILE *out));
 
 #endif

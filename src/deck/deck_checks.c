@@ -7,7 +7,7 @@
 #define STARTS 8
 #define MOST_SAMPLES 1e8
 #define MOST_FRAMES 1e7
-/* relative to the drum's reach; more than the tolerance of wavy.c */
+/* relative to the drum's reach */
 #define SNUG 1e-11
 #define MANY_FRAMES 1e5 /* more frames are probably a mistake */
 /* Limits of a motion: [m/s], [g], lengths of the container */
@@ -73,20 +73,11 @@ void mill_deck_checks_starts(struct mill_deck *deck)
 
 /* ---- the mill ---- */
 
-/* The drum as a surface */
-static struct mill_setup_surface drum_of(const struct mill_deck *deck, struct mill_body *drum)
-{
-    *drum = mill_setup_drum_body(&deck->setup.drum);
-    return (struct mill_setup_surface){.solid = mill_setup_drum_solid(&deck->setup.drum),
-                                       .body = drum};
-}
-
-/* [m] The distance of its wall from the axis, where it comes nearest */
+/* [m] The distance of the drum's wall from the axis, where it comes nearest */
 static double bore_of(const struct mill_deck *deck)
 {
-    struct mill_body drum;
-    const struct mill_setup_surface is = drum_of(deck, &drum);
-    return mill_body_wall(is.solid, &drum, 0).radius;
+    const struct mill_body drum = mill_setup_drum_body(&deck->setup.drum);
+    return mill_body_wall(mill_setup_drum_solid(&deck->setup.drum), &drum, 0).radius;
 }
 
 double mill_deck_checks_volume(const struct mill_deck *deck)
@@ -103,9 +94,9 @@ static double room_of(const struct mill_deck *deck)
     if (deck->mill.container)
         return mill_deck_checks_volume(deck);
     const double shaft = deck->mill.rotor ? deck->given.shaft_radius : 0.0;
-    struct mill_body body;
-    const struct mill_setup_surface drum = drum_of(deck, &body);
-    return drum.solid->volume(&body) - MILL_PI * shaft * shaft * deck->setup.drum.length;
+    const struct mill_setup_drum *drum = &deck->setup.drum;
+    const struct mill_body body = mill_setup_drum_body(drum);
+    return mill_setup_drum_solid(drum)->volume(&body) - MILL_PI * shaft * shaft * drum->length;
 }
 
 /* [m] diameter of the widest ball that fits between the walls of a container and has its centre on

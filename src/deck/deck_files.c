@@ -10,7 +10,7 @@
 #include <stdint.h>
 #include <unistd.h>
 
-enum { LONGEST_ROW = 4096 };
+enum { LONGEST_ROW = 4096, COLUMNS = 9 };
 
 /* by open(), which the engine in a browser has as well; no waiting for a pipe's writer */
 static bool is_missing(const char *path)
@@ -142,14 +142,14 @@ static const char *find_mend(const struct mill_deck_rows *rows, const char *row)
 /* Reads the next row with numbers. Returns how many there are; 0: end of the file; -1: a text that
  * is no number, or too many of them. */
 static int next_numbers(const struct mill_deck_rows *rows, FILE *in, long *line,
-                        double value[MILL_DECK_COLUMNS + 1], const char **mend)
+                        double value[COLUMNS + 1], const char **mend)
 {
     char row[LONGEST_ROW];
     bool good;
     int n = 0;
     while (n == 0 && next_row(in, row, &good)) {
         const char *text = row + (++*line == 1 ? mill_textfile_mark(row) : 0);
-        n = good ? read_numbers(text, MILL_DECK_COLUMNS, value) : -1;
+        n = good ? read_numbers(text, COLUMNS, value) : -1;
         *mend = good && n < 0 ? find_mend(rows, text) : "";
     }
     return n;
@@ -171,10 +171,15 @@ bool mill_deck_files_wrong(const struct mill_deck_rows *rows, long line, const c
     return mill_deck_wrong(&text, NULL, NULL, "%s", what);
 }
 
+static bool keep(const struct mill_deck_text *text, void *item)
+{
+    return !item || mill_deck_keep(text, item);
+}
+
 bool mill_deck_files_read(struct mill_deck_rows *rows)
 {
     enum { TOLD = 8192 /* rows between two progress reports */ };
-    double value[MILL_DECK_COLUMNS + 1] = {0.0};
+    double value[COLUMNS + 1] = {0.0};
     const struct mill_start_watch *watch = rows->text->reading->watch;
     const char *wrong, *mend;
     long line = 0;
@@ -184,7 +189,8 @@ bool mill_deck_files_read(struct mill_deck_rows *rows)
         return mill_deck_wrong(rows->text, rows->section, rows->key,
                                wrong ? "'%s' %s" : "cannot read '%s': %s", rows->path,
                                wrong ? wrong : strerror(errno));
-    rows->row.size = sizeof(double[MILL_DECK_COLUMNS]);
+    for (size_t n = 0; rows->columns >> n; n++)
+        rows->row.size = n * sizeof *value;
     rows->line.size = sizeof line;
     errno = 0;
     for (int n; good && (n = next_numbers(rows, in, &line, value, &mend)) != 0;) {
@@ -211,5 +217,6 @@ bool mill_deck_files_read(struct mill_deck_rows *rows)
     if (good && ferror(in))
         good = mill_deck_failed(rows->text, "%s: %s", rows->path, strerror(errno));
     fclose(in);
-    return good;
+    good = keep(rows->text, rows->row.item) && good;
+    return keep(rows->text, rows->line.item) && good;
 }

@@ -85,7 +85,7 @@ bool mill_deck_materials_find(const struct mill_deck *deck, const char *section,
 
 static bool take_rows(const struct mill_deck_rows *rows, struct mill_fall *fall)
 {
-    const double(*row)[MILL_DECK_COLUMNS] = rows->row.item;
+    const double(*row)[2] = rows->row.item;
     fall->points = (int)rows->row.count;
     for (int k = 0; k < fall->points; k++) {
         const double *x = row[k];
@@ -137,10 +137,7 @@ static bool settle(struct mill_deck_text *text, const struct mill_deck_section *
                                   .form = "2 numbers 'v e': speed in m/s, restitution",
                                   .columns = 1u << 2,
                                   .most = MILL_FALL_POINTS};
-    const bool good = mill_deck_files_read(&rows) && take_rows(&rows, fall);
-    free(rows.row.item);
-    free(rows.line.item);
-    return good;
+    return mill_deck_files_read(&rows) && take_rows(&rows, fall);
 }
 
 static bool settle_all(struct mill_deck *deck)
@@ -321,7 +318,9 @@ static bool resolve(const struct mill_deck *deck, int kind, const struct mill_de
     if ((!falls || isnan(law->friction) || isnan(law->tangential)) && !find_pair(&by))
         return false;
     if (by.remark[0]) {
-        is->takes = (struct mill_deck_takes){!falls, isnan(law->friction), isnan(law->tangential)};
+        is->takes.restitution = !falls;
+        is->takes.friction = isnan(law->friction);
+        is->takes.tangential = isnan(law->tangential);
         snprintf(is->assumed, MILL_DECK_REMARK, "%.*s",
                  (int)(falls ? strcspn(by.remark, ":") : strlen(by.remark)), by.remark);
         const double speed = law->speed > 0.0 ? law->speed : by.law.speed;

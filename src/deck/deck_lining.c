@@ -5,32 +5,9 @@
 #include "deck/deck_private.h"
 #include "geometry/shapes.h"
 
-enum { MOST_CORNERS = 4000, COLUMNS = 3 };
+enum { MOST_CORNERS = 4000 };
 
 static const char *const form_key[] = {"radius", "buckle_height", "lifters", "repeats", "file"};
-
-/* Reads the rows of a contour's file. */
-static bool read_rows(struct mill_deck *deck, const char *section, const char **file,
-                      struct mill_corner **corner, size_t *count)
-{
-    if (!mill_deck_files_find(&deck->text, section, "file", file))
-        return false;
-    struct mill_deck_rows rows = {.text = &deck->text,
-                                  .section = section,
-                                  .key = "file",
-                                  .path = *file,
-                                  .form = "2 or 3 numbers 'x y bulge' in SI units",
-                                  .columns = 1u << 2 | 1u << COLUMNS,
-                                  .most = MOST_CORNERS};
-    const bool good = mill_deck_files_read(&rows);
-    *count = rows.row.count;
-    *corner = mill_deck_keep(&deck->text, calloc(*count + 1, sizeof **corner));
-    for (size_t k = 0; k < *count && *corner; k++)
-        memcpy(&(*corner)[k], (double(*)[MILL_DECK_COLUMNS])rows.row.item + k, sizeof **corner);
-    free(rows.row.item);
-    free(rows.line.item);
-    return good && *corner;
-}
 
 /* Tells what is wrong with a contour. */
 static bool check(const struct mill_deck *deck, const char *section, const char *key,
@@ -63,11 +40,19 @@ static bool check(const struct mill_deck *deck, const char *section, const char 
 bool mill_deck_lining_read(struct mill_deck *deck, const char *section, const char **file,
                            struct mill_body *is)
 {
-    struct mill_corner *corner;
-    if (!read_rows(deck, section, file, &corner, &is->corners))
+    if (!mill_deck_files_find(&deck->text, section, "file", file))
         return false;
-    is->corner = corner;
-    return check(deck, section, "file", corner, is->corners);
+    struct mill_deck_rows rows = {.text = &deck->text,
+                                  .section = section,
+                                  .key = "file",
+                                  .path = *file,
+                                  .form = "2 or 3 numbers 'x y bulge' in SI units",
+                                  .columns = 1u << 2 | 1u << 3,
+                                  .most = MOST_CORNERS};
+    const bool good = mill_deck_files_read(&rows);
+    is->corners = rows.row.count;
+    is->corner = rows.row.item;
+    return good && check(deck, section, "file", is->corner, is->corners);
 }
 
 /* [m] The smallest radius with which a contour curves around the balls; *at: where this arc begins
@@ -91,10 +76,9 @@ void mill_deck_lining_warn(const struct mill_deck *deck)
 {
     const struct mill_lining *is = &deck->given.lining;
     const struct mill_setup_drum *drum = &deck->setup.drum;
-    double widest = 0.0, apart = INFINITY;
+    const double widest = deck->mill.widest;
+    double apart = INFINITY;
     size_t at = 0;
-    for (int k = 0; k < deck->setup.species; k++)
-        widest = fmax(widest, deck->mill.balls[k].diameter);
     if (drum->corners == 0)
         return;
     if (is->form == MILL_LINING_LIFTERS) {
@@ -121,48 +105,6 @@ void mill_deck_lining_warn(const struct mill_deck *deck)
                               1e3 * drum->corner[at].y);
 }
 
-/* A free line: may a tool of this radius mill it? */
-static void check_tool(const struct mill_deck *deck, const struct mill_corner *corner, size_t n)
-{
-    size_t at;
-    const double least = find_least(corner, n, &at);
-    if (least < deck->given.tool)
-        mill_deck_wrong(&deck->text, "drum", "tool_radius",
-                        "the line curves around the balls with a radius of %.4g m: make its waves "
-                        "lower or fewer",
-                        least);
-}
-
-/* What is wrong with the numbers of a profile that has no corners */
-static void tell_form(const struct mill_deck *deck)
-{
-    const struct mill_lining *is = &deck->given.lining;
-    if (is->form == MILL_LINING_LIFTERS)
-        mill_deck_wrong(&deck->text, "drum", "lifters",
-                        "%ld lifters of these sizes touch each other, are higher than the drum, or "
-                        "are smaller than the rounding of their edges: change number, height, "
-                        "width, angles of the faces or rounding",
-                        is->count);
-    else
-        mill_deck_wrong(&deck->text, "drum", "repeats",
-                        "the line needs more than %d corners: give fewer waves", MOST_CORNERS);
-}
-
-/* Neighbouring buckles must not touch. Height and number limit each other. The message names the
- * height, because users more often need a certain number. */
-static bool check_buckles(const struct mill_deck *deck)
-{
-    const struct mill_lining *is = &deck->given.lining;
-    const struct mill_profile profile =
-        mill_profile_make((int)is->count, is->radius, fmin(is->height, is->radius), 0.0);
-    return mill_profile_is_sound(&profile) ||
-           mill_deck_wrong(&deck->text, "drum", "buckle_height",
-                           "%ld buckles on a radius of %g m must be lower than %.4g m, or "
-                           "neighbouring ones run into each other; got %g m",
-                           is->count, is->radius,
-                           mill_deck_lining_highest((int)is->count, is->radius), is->height);
-}
-
 double mill_deck_lining_highest(int buckles, double radius)
 {
     enum { HALVINGS = 60 }; /* of an interval, down to about the last bit of a double */
@@ -176,6 +118,55 @@ double mill_deck_lining_highest(int buckles, double radius)
             unsound = h;
     }
     return sound;
+}
+
+/* Tells which numbers of a profile give no contour. The message about buckles names their height,
+ * because users more often need a certain number of them. */
+static bool check_form(const struct mill_deck *deck)
+{
+    const struct mill_deck_text *text = &deck->text;
+    const struct mill_lining *is = &deck->given.lining;
+    const double highest = is->form == MILL_LINING_WAVY
+                               ? mill_deck_lining_highest((int)is->count, is->radius)
+                               : (double)INFINITY;
+    if (is->height > highest)
+        return mill_deck_wrong(text, "drum", "buckle_height",
+                               "%ld buckles on a radius of %g m must be lower than %.4g m, or "
+                               "neighbouring ones run into each other; got %g m",
+                               is->count, is->radius, highest, is->height);
+    return mill_lining_most(is) <= MOST_CORNERS ||
+           mill_deck_wrong(text, "drum", form_key[is->form],
+                           "the line needs more than %d corners: give fewer waves", MOST_CORNERS);
+}
+
+/* The contour of a profile */
+static bool draw(const struct mill_deck *deck, struct mill_body *drum)
+{
+    const struct mill_lining *is = &deck->given.lining;
+    size_t at;
+    if (!check_form(deck))
+        return false;
+    struct mill_corner *corner =
+        mill_deck_keep(&deck->text, calloc(mill_lining_most(is), sizeof *corner));
+    if (!corner)
+        return false;
+    drum->corner = corner;
+    drum->corners = mill_lining_corners(is, corner);
+    if (drum->corners == 0)
+        return mill_deck_wrong(&deck->text, "drum", "lifters",
+                               "%ld lifters of these sizes touch each other, are higher than the "
+                               "drum, or are smaller than the rounding of their edges: change "
+                               "number, height, width, angles of the faces or rounding",
+                               is->count);
+    if (!check(deck, "drum", form_key[is->form], corner, drum->corners))
+        return false;
+    const double least = find_least(corner, drum->corners, &at);
+    if (least < deck->given.tool)
+        mill_deck_wrong(&deck->text, "drum", "tool_radius",
+                        "the line curves around the balls with a radius of %.4g m: make its waves "
+                        "lower or fewer",
+                        least);
+    return true;
 }
 
 /* A drawing in another unit, or about another axis, does not have the drum's radius. */
@@ -195,37 +186,20 @@ void mill_deck_lining_make(struct mill_deck *deck)
 {
     struct mill_lining *is = &deck->given.lining;
     struct mill_setup_drum *drum = &deck->setup.drum;
+    const bool file = is->form == MILL_LINING_FILE;
+    struct mill_body body = {.corners = 0};
     is->radius = drum->radius;
     is->second = is->second > 0.0 ? is->second : is->height; /* NAN: all are equal */
     if (!deck->mill.drum || is->form == MILL_LINING_CIRCLE ||
         (is->form == MILL_LINING_WAVY && is->height == 0.0))
         return;
-    if (is->form == MILL_LINING_FILE) {
-        struct mill_body body = {.corners = 0};
-        if (!mill_deck_lining_read(deck, "drum", &deck->given.contour, &body))
-            return;
-        drum->corners = body.corners;
-        drum->corner = body.corner;
-    } else {
-        const size_t most = mill_lining_most(is);
-        if (is->form == MILL_LINING_WAVY && !check_buckles(deck))
-            return;
-        struct mill_corner *corner = NULL;
-        if (most <= MOST_CORNERS)
-            corner = mill_deck_keep(&deck->text, calloc(most, sizeof *corner));
-        const size_t n = corner ? mill_lining_corners(is, corner) : 0;
-        if (n == 0) {
-            tell_form(deck);
-            return;
-        }
-        if (!check(deck, "drum", form_key[is->form], corner, n))
-            return;
-        check_tool(deck, corner, n);
-        drum->corners = n;
-        drum->corner = corner;
-    }
-    const struct mill_body body = mill_setup_drum_body(drum);
-    if (is->form == MILL_LINING_FILE)
+    if (!(file ? mill_deck_lining_read(deck, "drum", &deck->given.contour, &body)
+               : draw(deck, &body)))
+        return;
+    drum->corners = body.corners;
+    drum->corner = body.corner;
+    body = mill_setup_drum_body(drum);
+    if (file)
         check_radius(deck, &body);
 }
 

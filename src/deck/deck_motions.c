@@ -10,7 +10,7 @@ enum { MOST_ROWS = 10000000, COLUMNS = 7 };
 /* ---- tables ---- */
 
 /* Whole turns from the first rotation vector to the last, if all are along one axis; 0: none */
-static double turns_of(const double (*row)[MILL_DECK_COLUMNS], size_t rows)
+static double turns_of(const double (*row)[COLUMNS], size_t rows)
 {
     const double *first = row[0] + 4, *last = row[rows - 1] + 4;
     const vec3 by = {last[0] - first[0], last[1] - first[1], last[2] - first[2]};
@@ -29,7 +29,7 @@ static bool check_rows(const struct mill_deck_rows *t)
 {
     static const char *const column[COLUMNS] = {"t", "x", "y", "z", "rx", "ry", "rz"};
     enum { LEAST = 4 };
-    double(*row)[MILL_DECK_COLUMNS] = t->row.item;
+    double(*row)[COLUMNS] = t->row.item;
     const size_t rows = t->row.count;
     const long *line = t->line.item, end = rows > 0 ? line[rows - 1] : 1;
     for (size_t k = 1; k < rows; k++)
@@ -40,7 +40,7 @@ static bool check_rows(const struct mill_deck_rows *t)
     if (rows < LEAST)
         return mill_deck_files_wrong(t, end, "%zu rows are too few: a period needs at least %d",
                                      rows, LEAST);
-    const double *first = row[0], turns = turns_of((const double(*)[MILL_DECK_COLUMNS])row, rows);
+    const double *first = row[0], turns = turns_of((const double(*)[COLUMNS])row, rows);
     double *last = row[rows - 1], size = 0.0;
     for (int i = 4; i < COLUMNS; i++)
         size = hypot(size, last[i] - first[i]);
@@ -80,13 +80,8 @@ static bool read_table(struct mill_deck *deck, const struct mill_deck_section *s
                                   .columns = 1u << COLUMNS,
                                   .most = MOST_ROWS};
     const bool good = mill_deck_files_read(&rows) && check_rows(&rows);
-    double(*row)[COLUMNS] = mill_deck_keep(&deck->text, malloc((rows.row.count + 1) * sizeof *row));
-    for (size_t k = 0; k < rows.row.count && row; k++)
-        memcpy(row[k], (double(*)[MILL_DECK_COLUMNS])rows.row.item + k, sizeof *row);
-    free(rows.row.item);
-    free(rows.line.item);
-    *table = (struct mill_table){rows.row.count, (const double(*)[COLUMNS])row};
-    return good && row;
+    *table = (struct mill_table){rows.row.count, rows.row.item};
+    return good;
 }
 
 /* ---- the list ---- */
@@ -212,7 +207,6 @@ static double critical_of(const struct mill_deck *deck)
     const struct mill_setup_surface *c = deck->mill.container;
     const struct mill_setup_motion *m =
         deck->mill.carrier >= 0 ? &setup->motion[deck->mill.carrier] : NULL;
-    double widest = 0.0;
     if (!m || m->type != &mill_turn_type || m->on >= 0 || (c && !c->solid->round))
         return 0.0;
     const struct mill_turn *turn = m->form;
@@ -220,12 +214,10 @@ static double critical_of(const struct mill_deck *deck)
     const double radius = c ? mill_solid_hull(c->solid, &is).radius : is.radius;
     const vec3 off = vec3_cross(vec3_sub(is.centre, turn->centre), turn->axis);
     const double across = vec3_norm(vec3_cross(setup->gravity, turn->axis));
-    for (int k = 0; k < setup->species; k++)
-        widest = fmax(widest, setup->balls[k].diameter);
     const bool own =
         vec3_norm(vec3_cross(is.z, turn->axis)) < ALONG && vec3_norm(off) < ALONG * radius;
     return own && across > ALONG * vec3_norm(setup->gravity)
-               ? sqrt(across / (radius - 0.5 * widest))
+               ? sqrt(across / (radius - 0.5 * deck->mill.widest))
                : 0.0;
 }
 

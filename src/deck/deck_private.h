@@ -226,21 +226,18 @@ void mill_deck_value_print(const struct mill_key *key, const void *form, char *o
 bool mill_deck_files_find(struct mill_deck_text *text, const char *section, const char *key,
                           const char **path);
 
-enum { MILL_DECK_COLUMNS = 9 };
-
-/* A file with rows of numbers, which a section names with a key */
+/* A file with rows of numbers, which a section names with a key; the deck owns the rows. */
 struct mill_deck_rows {
     const struct mill_deck_text *text;
     const char *section, *key, *path;
     const char *form; /* "2 numbers 'v e': speed in m/s, restitution" */
-    unsigned columns; /* bit n: a row may have n numbers */
+    unsigned columns; /* bit n: a row may have n numbers; those that it does not have are 0 */
     long most;        /* rows */
     bool alone;       /* a row for each ball; faults of rows do not name the key in the deck */
-    struct mill_memory_list row;  /* double[MILL_DECK_COLUMNS]; those that it does not have are 0 */
+    struct mill_memory_list row;  /* double[the most that `columns` allows] */
     struct mill_memory_list line; /* long: of each row, from 1 */
 };
 
-/* Reads the file. Owner of the lists, also after a failure: the caller. */
 bool mill_deck_files_read(struct mill_deck_rows *rows);
 
 /* A fault of the row in this line. Returns false. */

@@ -141,9 +141,7 @@ static void tell(const struct mill_deck *deck, const struct mill_deck_rows *rows
 static void warn_of(const struct mill_deck *deck, const struct mill_passing *place, bool unchecked)
 {
     char copy[32], other_copy[32] = "";
-    double d = 0.0;
-    for (int k = 0; k < deck->setup.species; k++)
-        d = fmax(d, deck->mill.balls[k].diameter);
+    const double d = deck->mill.widest;
     const bool wall = place->kind[1] == MILL_BALL_WALL, drum = place->other < 0;
     const double near = (wall ? 1.0 + EQUAL : drum ? 1.0 - EQUAL : NARROW) * d;
     if (unchecked ? isinf(place->when) : !(place->gap < near))
@@ -204,7 +202,7 @@ static long list_rows(struct mill_deck *deck, const char *section, const char *p
                                   .columns = 1u << 2,
                                   .most = MILL_DECK_MOST_CLASSES};
     bool good = mill_deck_files_read(&rows);
-    const double(*row)[MILL_DECK_COLUMNS] = rows.row.item, none[2] = {0.0, 0.0}, *last = none;
+    const double(*row)[2] = rows.row.item, none[2] = {0.0, 0.0}, *last = none;
     const bool screens = rows.row.count > 1 && row[0][1] == 0.0;
     double all = 0.0;
     long n = 0;
@@ -221,8 +219,6 @@ static long list_rows(struct mill_deck *deck, const char *section, const char *p
         good = mill_deck_wrong(
             &deck->text, section, "sizes",
             "the shares in '%s' add up to %g, not to 100 %%; what passes begins at 0", path, all);
-    free(rows.row.item);
-    free(rows.line.item);
     return good ? n : 0;
 }
 
@@ -343,6 +339,7 @@ void mill_deck_balls_list(struct mill_deck *deck)
         if (!find_density(deck, balls) || !count_balls(deck, balls, &volume))
             return;
         mill->all += balls->count;
+        mill->widest = fmax(mill->widest, balls->diameter);
         const double count = (double)balls->count, cube = pow(balls->diameter, 3);
         mill->volume += count * MILL_PI / 6.0 * cube;
         mill->mass += count * balls->density * MILL_PI / 6.0 * cube;
@@ -422,7 +419,5 @@ enum mill_status mill_deck_setup_world(const struct mill_deck *deck,
     if (status == MILL_OK)
         warn_of(deck, &fault.unchecked, true);
     mill_deck_release(&memory);
-    free(rows.row.item);
-    free(rows.line.item);
     return status;
 }

@@ -119,29 +119,18 @@ static void tell_container(struct mill_sink_json *json, const struct mill_deck *
     mill_tell_number(sink, "end", deck->observe.end, "s", "");
 }
 
-static void tell_deck(struct mill_sink_json *json, const struct mill_deck *deck)
-{
-    char *text = NULL;
-    size_t size = 0;
-    FILE *page = open_memstream(&text, &size);
-    if (page) {
-        mill_deck_print(deck, page);
-        fclose(page);
-    }
-    tell_text(json, "deck", text);
-    free(text);
-}
-
 void mill_web_tell(FILE *out, const struct mill_deck *deck, const struct mill_world *world,
                    const char *warnings)
 {
     const struct mill_listed kinds = mill_kinds_listed(world);
     const char *motion[MILL_MOTIONS_MOST];
+    char *text = mill_deck_printed(deck, mill_deck_print);
     struct mill_sink_json json;
     for (int k = 0; k < world->motions; k++)
         motion[k] = world->motion_name[k];
     mill_sink_json_begin(&json, out);
-    tell_deck(&json, deck);
+    tell_text(&json, "deck", text);
+    free(text);
     mill_tell_count(&json.sink, "balls", (uint64_t)world->balls, "");
     mill_tell_count(&json.sink, "bins", MILL_ENERGIES_BINS, "");
     tell_keys(&json, deck);
