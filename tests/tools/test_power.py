@@ -196,12 +196,17 @@ def test_the_deck_of_bonds_mill_is_the_worked_mill(the_program):
         assert getattr(mill, field) == pytest.approx(getattr(JAR, field), rel=1e-4), field
 
 
-def test_a_wavy_drum_counts_with_the_circle_of_its_area(write_deck, the_program):
-    deck = write_deck(DRUM.replace("motion = turn\n", "motion = turn\nprofile = wavy\nbuckles = 6\n", 1).replace(
-        "[motion", "buckle_height = 4 mm\n[motion", 1))  # fmt: skip
-    area = contour.of(Deck.check(deck)).area
-    assert drum.mill_of(Deck.check(deck)).diameter == pytest.approx(2 * math.sqrt(area / math.pi), rel=1e-12)
-    assert abs(area / (math.pi * 0.05**2) - 1) > 1e-3
+def test_a_drum_with_lifters_has_its_own_diameter_and_the_volume_within_its_wall(write_deck, the_program):
+    lifters = "profile = lifters\nlifters = 6\nlifter_height = 8 mm\nlifter_width = 8 mm\n"
+    deck = write_deck(DRUM.replace("motion = turn\n", f"motion = turn\n{lifters}", 1))
+    round_one = drum.mill_of(Deck.check(write_deck(DRUM)))
+    found, area = drum.mill_of(Deck.check(deck)), contour.of(Deck.check(deck)).area
+    assert (found.diameter, found.speed) == (round_one.diameter, round_one.speed)
+    assert (
+        found.filling
+        == pytest.approx(round_one.filling * math.pi * 0.05**2 / area, rel=1e-12)
+        > 1.02 * round_one.filling
+    )
 
 
 def test_a_drum_on_the_rotors_motion_turns_with_the_rotor(write_deck, the_program):

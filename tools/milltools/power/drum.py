@@ -66,13 +66,13 @@ def rate(deck: Deck) -> float:
 
 def mill_of(deck: Deck, **more) -> Mill:
     """The mill of a deck, with 40 % of voids between its balls; `more`: other fields of Mill. The diameter is that of
-    the circle with the area of the drum's cross-section. UserError if `why_not` has a reason."""
+    the key: between lifters, or the mean of a wavy drum. UserError if `why_not` has a reason."""
     if why := why_not(deck):
         raise UserError(f"{deck.path}: expected a horizontal drum that turns about its axis: {why}")
     kinds, voidage = [kind for kind in deck.species if kind.count], 0.4
     area = contour.of(deck).area
     length, largest = deck.number("drum.length"), max(kind.diameter for kind in kinds)
-    diameter, turns = 2 * math.sqrt(area / math.pi), rate(deck)
+    diameter, turns = 2 * deck.number("drum.radius"), rate(deck)
     sizes = diameter, length, turns, *(size for kind in kinds for size in (kind.diameter, kind.density))
     if not all(1 / LARGEST < size < LARGEST for size in sizes):
         raise UserError(f"{deck.path}: no mill has these sizes")
