@@ -31,8 +31,6 @@ BATCH = 50  # inputs in one process
 
 def ask(path):
     """Asks the reader for everything; what UserError refuses is refused."""
-    from milltools.geometry.profile import Profile
-
     from milltools.base.errors import UserError
     from milltools.geometry import contour
     from milltools.geometry.bodies import read

@@ -202,11 +202,8 @@ def test_a_drum_with_lifters_has_its_own_diameter_and_the_volume_within_its_wall
     round_one = drum.mill_of(Deck.check(write_deck(DRUM)))
     found, area = drum.mill_of(Deck.check(deck)), contour.of(Deck.check(deck)).area
     assert (found.diameter, found.speed) == (round_one.diameter, round_one.speed)
-    assert (
-        found.filling
-        == pytest.approx(round_one.filling * math.pi * 0.05**2 / area, rel=1e-12)
-        > 1.02 * round_one.filling
-    )
+    assert found.filling == pytest.approx(round_one.filling * math.pi * 0.05**2 / area, rel=1e-12)
+    assert found.filling > 1.02 * round_one.filling
 
 
 def test_a_drum_on_the_rotors_motion_turns_with_the_rotor(write_deck, the_program):
