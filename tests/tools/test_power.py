@@ -198,9 +198,9 @@ def test_the_deck_of_bonds_mill_is_the_worked_mill(the_program):
 
 def test_a_drum_with_lifters_has_its_own_diameter_and_the_volume_within_its_wall(write_deck, the_program):
     lifters = "profile = lifters\nlifters = 6\nlifter_height = 8 mm\nlifter_width = 8 mm\n"
-    deck = write_deck(DRUM.replace("motion = turn\n", f"motion = turn\n{lifters}", 1))
+    deck = Deck.check(write_deck(DRUM.replace("motion = turn\n", f"motion = turn\n{lifters}", 1)))
+    found, area = drum.mill_of(deck), contour.of(deck).area
     round_one = drum.mill_of(Deck.check(write_deck(DRUM)))
-    found, area = drum.mill_of(Deck.check(deck)), contour.of(Deck.check(deck)).area
     assert (found.diameter, found.speed) == (round_one.diameter, round_one.speed)
     assert found.filling == pytest.approx(round_one.filling * math.pi * 0.05**2 / area, rel=1e-12)
     assert found.filling > 1.02 * round_one.filling
