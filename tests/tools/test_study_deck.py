@@ -166,7 +166,7 @@ def test_an_override_may_name_study_set_and_vary(write_study):
 @pytest.mark.parametrize(
     "old, new, complaint",
     [
-        ("[study]", "[studie]", "a.study:2: [studie]: unknown section; there are [study], [set] and [vary]"),
+        ("[study]", "[studie]", "a.study:2: [studie]: unknown section; there are [study], [set], [vary] and [life]"),
         ("deck = deck.ini\n", "", "a.study: [study] deck: missing; expected the name of the base deck"),
         ("deck.ini", "none.ini", "a.study:2: [study] deck: none.ini: no such file"),
         ("record = ", "remark = ", "a.study:4: [study] remark: unknown key; there are deck, "),
