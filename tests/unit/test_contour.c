@@ -255,7 +255,7 @@ static void fly(bool inside, int way)
     }
     ck_assert_int_gt(n.exact, contours / 2);
     ck_assert_int_gt(n.none, contours);
-    ck_assert_int_lt(n.lost, n.found / 3 + 10);
+    ck_assert_int_lt(n.lost, n.found / 2 + 20);
     ck_assert_int_lt(n.give_ups, n.found / 20 + 2);
 }
 

@@ -1,7 +1,7 @@
 /* Drums that move: round and wavy ones with their end walls, on every motion. The first contact is
  * closed, closing, and nothing comes before it; a drum that turns about its own axis is met where
  * one that stands would be. */
-#include "base/profile.h"
+#include "millsim/lining.h"
 #include "deck/deck_private.h"
 #include "motion_fixture.h"
 #include "shape_fixture.h"
