@@ -3,6 +3,7 @@
 #ifndef MILLSIM_LINING_H
 #define MILLSIM_LINING_H
 
+#include <stdbool.h>
 #include <stddef.h>
 
 struct mill_corner;
@@ -39,5 +40,41 @@ size_t mill_lining_most(const struct mill_lining *is);
 /* Sets the corners; returns how many. 0: the lifters touch each other or have no such edges, or the
  * form has no corners (a circle). Of the wavy chamber: Reichardt & Wiechert 2007, figure 6. */
 size_t mill_lining_corners(const struct mill_lining *is, struct mill_corner *corner);
+
+/* The cross-section of the wavy drum (Reichardt & Wiechert 2007, figure 6): 2n circular arcs of one
+ * radius that curve alternately outwards and inwards and are tangent where they meet.
+ * Outer arcs (curved away from the axis) have their centres at distance `outer` from the axis, in
+ * the directions angle + 2 pi k / n. Inner arcs have theirs at distance `inner`, half a pitch
+ * further. An arc ends where the line from its centre to the centre of the next arc crosses it, in
+ * the middle between the two. */
+struct mill_profile {
+    int buckles;   /* n: there are n outer and n inner arcs */
+    double radius; /* [m] mean of the extreme radii */
+    double height; /* [m] h: the extreme radii are radius + h and radius - h */
+    double angle;  /* [rad] of one outermost point */
+    double arc;    /* [m] radius of every arc */
+    double outer, inner;
+    double half_outer, half_inner; /* [rad] half of the angle of an arc, at its centre */
+};
+
+/* buckles >= 2, 0 <= height < radius. For height 0 the profile is a circle, made of n arcs around
+ * the axis. With q = 1 - cos(pi/n), u is the larger root of q u^2 + 4 h u + 2 h^2 - q R^2 = 0; then
+ * arc = u + h, outer = R - u, inner = R + u (docs/physics.md). For h > R sin(pi/2n), u is negative
+ * and the arcs overhang. */
+struct mill_profile mill_lining_profile(int buckles, double radius, double height, double angle);
+
+/* Is the profile valid: do neighbouring arcs leave room for each other, so that they enclose an
+ * area? */
+bool mill_lining_is_sound(const struct mill_profile *profile);
+
+/* The middle of the arc from a to b; its bulge becomes that of its halves. */
+struct mill_corner mill_lining_halve(const struct mill_corner *a, const struct mill_corner *b,
+                                     double *bulge);
+
+/* [m^2] The area within a contour of `n` corners; < 0: it is clockwise */
+double mill_lining_area(const struct mill_corner *corner, size_t n);
+
+/* Does a contour cross or touch itself? Then *at: the corners at which two such sides begin */
+bool mill_lining_crosses(const struct mill_corner *corner, size_t n, size_t at[2]);
 
 #endif

@@ -1,7 +1,7 @@
 /* The contour of the drum, and those of bodies: corners from the keys of a profile or from a file.
  */
 #include "base/elementary.h"
-#include "base/profile.h"
+#include "millsim/lining.h"
 #include "deck/deck_private.h"
 #include "geometry/shapes.h"
 
@@ -25,12 +25,12 @@ static bool check(const struct mill_deck *deck, const char *section, const char 
                                    "than %g m: leave one of them out",
                                    k + 1, (k + 1) % n + 1, MILL_SOLID_LEAST);
     }
-    if (mill_contour_crosses(corner, n, at))
+    if (mill_lining_crosses(corner, n, at))
         return mill_deck_wrong(text, section, key,
                                "the contour crosses or touches itself: its sides after the corners "
                                "(%.4g, %.4g) and (%.4g, %.4g) m",
                                corner[at[0]].x, corner[at[0]].y, corner[at[1]].x, corner[at[1]].y);
-    if (mill_contour_area(corner, n) < 0.0)
+    if (mill_lining_area(corner, n) < 0.0)
         return mill_deck_wrong(text, section, key,
                                "the contour is clockwise: list its corners in the other order, "
                                "each with the negative bulge of the one before it");
@@ -86,7 +86,7 @@ void mill_deck_lining_warn(const struct mill_deck *deck)
         apart = 2.0 * half * (is->radius - fmax(is->height, is->second)) - is->width;
     } else if (is->form == MILL_LINING_WAVY) {
         const struct mill_profile p =
-            mill_profile_make((int)is->count, is->radius, is->height, 0.0);
+            mill_lining_profile((int)is->count, is->radius, is->height, 0.0);
         if (p.half_outer > 0.5 * MILL_PI && widest < 2.0 * p.arc)
             apart = 2.0 * (p.inner * mill_elementary_heading(MILL_PI / p.buckles).sin - p.arc);
     }
@@ -111,8 +111,8 @@ double mill_deck_lining_highest(int buckles, double radius)
     double sound = 0.0, unsound = radius;
     for (int i = 0; i < HALVINGS; i++) {
         const double h = sound + 0.5 * (unsound - sound);
-        const struct mill_profile p = mill_profile_make(buckles, radius, h, 0.0);
-        if (mill_profile_is_sound(&p))
+        const struct mill_profile p = mill_lining_profile(buckles, radius, h, 0.0);
+        if (mill_lining_is_sound(&p))
             sound = h;
         else
             unsound = h;

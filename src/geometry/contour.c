@@ -10,6 +10,7 @@
 #include "base/elementary.h"
 #include "base/memory.h"
 #include "geometry/mesh.h"
+#include "millsim/lining.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -30,47 +31,6 @@
 #define NEAR                                                                                       \
     8.0 /* half diagonals of a square: the pieces listed are farther from it by no more            \
          */
-
-/* ---- corners ---- */
-
-/* The bulge of each half of an arc */
-static double half_bulge(double bulge)
-{
-    return bulge / (1.0 + sqrt(1.0 + bulge * bulge));
-}
-
-/* The middle of the arc from a to b; its bulge becomes that of its halves. */
-static struct mill_corner cut(const struct mill_corner *a, const struct mill_corner *b,
-                              double *bulge)
-{
-    const double s = 0.5 * *bulge;
-    *bulge = half_bulge(*bulge);
-    return (struct mill_corner){0.5 * (a->x + b->x) + s * (b->y - a->y),
-                                0.5 * (a->y + b->y) - s * (b->x - a->x), *bulge};
-}
-
-/* Twice the area between a side and the origin [m^2] */
-static double twice_area(const struct mill_corner *a, const struct mill_corner *b)
-{
-    const double square = (b->x - a->x) * (b->x - a->x) + (b->y - a->y) * (b->y - a->y);
-    const double u = fabs(a->bulge);
-    double segment = 0.0; /* r^2 (angle - sin(angle)); a series where the two cancel */
-    if (u >= 1e-2) {
-        const double r = 0.25 * (1.0 + u * u) / u, angle = 4.0 * mill_elementary_atan2(u, 1.0);
-        segment = r * r * (angle - mill_elementary_heading(angle).sin);
-    } else {
-        segment = u * (2.0 / 3.0 + u * u * (2.0 / 15.0 - u * u * (2.0 / 105.0)));
-    }
-    return a->x * b->y - a->y * b->x + copysign(segment, a->bulge) * square;
-}
-
-double mill_contour_area(const struct mill_corner *corner, size_t n)
-{
-    double twice = 0.0;
-    for (size_t k = 0; k < n; k++)
-        twice += twice_area(&corner[k], &corner[(k + 1) % n]);
-    return 0.5 * twice;
-}
 
 /* ---- pieces ---- */
 
@@ -111,7 +71,7 @@ static void add_sides(struct making *m, struct mill_corner a, struct mill_corner
         add_side(m, &a, &b, bulge);
         return;
     }
-    const struct mill_corner middle = cut(&a, &b, &bulge);
+    const struct mill_corner middle = mill_lining_halve(&a, &b, &bulge);
     add_sides(m, a, middle, bulge);
     add_sides(m, middle, b, bulge);
 }
@@ -194,90 +154,7 @@ static bool find_reach(const struct mill_body *is, double *low, double *high)
     return piece;
 }
 
-/* ---- does it cross itself? ---- */
-
-/* A part of a side, its share from..to of the side's angle or length */
-struct share {
-    struct mill_corner a, b;
-    double bulge, half; /* half: [m] of its points, none is farther from the middle of the chord */
-    bool first, last;   /* it begins where the side begins, ends where it ends */
-};
-
-static struct share share_of(struct mill_corner a, struct mill_corner b, double bulge)
-{
-    const double dx = b.x - a.x, dy = b.y - a.y;
-    return (struct share){a,    b,   bulge, 0.5 * sqrt(dx * dx + dy * dy) * fmax(1.0, fabs(bulge)),
-                          true, true};
-}
-
-static void halve(const struct share *of, struct share half[2])
-{
-    double bulge = of->bulge;
-    const struct mill_corner middle = cut(&of->a, &of->b, &bulge);
-    half[0] = share_of(of->a, middle, bulge);
-    half[1] = share_of(middle, of->b, bulge);
-    half[0].first = of->first;
-    half[1].last = of->last;
-    half[0].last = half[1].first = false;
-}
-
-/* Does the second of two sides begin where the first one ends; does it end where that begins? */
-struct order {
-    bool follows, leads;
-};
-
-/* > 0: c is on the left of the line from a to b */
-static double side_of(const struct mill_corner *a, const struct mill_corner *b,
-                      const struct mill_corner *c)
-{
-    return (b->x - a->x) * (c->y - a->y) - (b->y - a->y) * (c->x - a->x);
-}
-
-/* Do two shares touch, other than where one side ends and the next one begins? */
-static bool touch(const struct share *p, const struct share *q, struct order order, double least)
-{
-    const double x = 0.5 * (p->a.x + p->b.x - q->a.x - q->b.x);
-    const double y = 0.5 * (p->a.y + p->b.y - q->a.y - q->b.y), near = p->half + q->half;
-    const bool meet =
-        (order.follows && p->last && q->first) || (order.leads && q->last && p->first);
-    if (x * x + y * y > near * near)
-        return false;
-    const bool line[2] = {fabs(p->bulge) * p->half <= least, fabs(q->bulge) * q->half <= least};
-    if (line[0] && line[1]) {
-        const double a = side_of(&p->a, &p->b, &q->a), b = side_of(&p->a, &p->b, &q->b);
-        const double along =
-            (p->b.x - p->a.x) * (q->b.x - q->a.x) + (p->b.y - p->a.y) * (q->b.y - q->a.y);
-        if (meet) /* does one fold back onto the other? */
-            return a == 0.0 && b == 0.0 && along < 0.0;
-        return a * b <= 0.0 && side_of(&q->a, &q->b, &p->a) * side_of(&q->a, &q->b, &p->b) <= 0.0;
-    }
-    struct share part[2];
-    const bool first = !line[0] && (line[1] || p->half >= q->half);
-    halve(first ? p : q, part);
-    for (int k = 0; k < 2; k++)
-        if (first ? touch(&part[k], q, order, least) : touch(p, &part[k], order, least))
-            return true;
-    return false;
-}
-
-bool mill_contour_crosses(const struct mill_corner *corner, size_t n, size_t at[2])
-{
-    double size = 0.0;
-    for (size_t k = 0; k < n; k++)
-        size = fmax(size, fmax(fabs(corner[k].x), fabs(corner[k].y)));
-    for (at[0] = 0; at[0] < n; at[0]++) {
-        const struct share p =
-            share_of(corner[at[0]], corner[(at[0] + 1) % n], corner[at[0]].bulge);
-        for (at[1] = at[0] + 1; at[1] < n; at[1]++) {
-            const struct share q =
-                share_of(corner[at[1]], corner[(at[1] + 1) % n], corner[at[1]].bulge);
-            const struct order order = {at[1] == at[0] + 1, at[0] == 0 && at[1] == n - 1};
-            if (touch(&p, &q, order, FINEST * size))
-                return true;
-        }
-    }
-    return false;
-}
+/* ---- the solid ---- */
 
 /* Is the length of each side one that a body can have, is the contour closed without crossing
  * itself, and counter-clockwise? */
@@ -293,10 +170,8 @@ static bool is_sound(const struct mill_body *is)
         if (!mill_solid_is_length(sqrt(dx * dx + dy * dy), false) || !(fabs(a->bulge) < MOST_TURN))
             return false;
     }
-    return mill_contour_area(is->corner, n) > 0.0 && !mill_contour_crosses(is->corner, n, at);
+    return mill_lining_area(is->corner, n) > 0.0 && !mill_lining_crosses(is->corner, n, at);
 }
-
-/* ---- the solid ---- */
 
 static const struct mill_key key[] = {{MILL_SOLID_LENGTH}, {.name = NULL}};
 
@@ -320,7 +195,7 @@ static struct mill_hull hull(const struct mill_body *is)
 
 static double volume(const struct mill_body *is)
 {
-    return mill_contour_area(is->corner, is->corners) * is->length;
+    return mill_lining_area(is->corner, is->corners) * is->length;
 }
 
 /* Adds a side without its end, as chords within the tolerance [m] */
@@ -332,7 +207,7 @@ static void flatten(struct mill_ring *ring, struct mill_corner a, struct mill_co
         mill_ring_add(ring, a.x, a.y);
         return;
     }
-    const struct mill_corner middle = cut(&a, &b, &bulge);
+    const struct mill_corner middle = mill_lining_halve(&a, &b, &bulge);
     flatten(ring, a, middle, bulge, tolerance);
     flatten(ring, middle, b, bulge, tolerance);
 }
@@ -456,4 +331,83 @@ bool mill_contour_create(struct mill_shape *shape)
                 shape->hollow > 0.0 ? fmin(shape->hollow, 0.5 / p->bend) : 0.5 / p->bend;
     }
     return c->piece && make_plan(c);
+}
+
+/* ---- which pieces can a ball in a cell touch? ---- */
+
+/* Is some of the box around this place on the positive side of a line, or near to it? */
+static bool is_some_past(const double line[3], double x, double y, double half_x, double half_y)
+{
+    const double margin = 1e-9 * (fabs(x) + fabs(y) + half_x + half_y);
+    return mill_contour_past(line, x, y) + fabs(line[0]) * half_x + fabs(line[1]) * half_y >=
+           -margin;
+}
+
+/* Can a ball in the box around this place touch the piece? The box is divided into quarters. */
+static bool comes_near(const struct mill_contour_piece *p, double x, double y, double half_x,
+                       double half_y, double reach, int depth)
+{
+    const double d = mill_contour_look(p, x, y).d;
+    if (fabs(d) > reach + sqrt(half_x * half_x + half_y * half_y) ||
+        !is_some_past(p->from, x, y, half_x, half_y) || !is_some_past(p->to, x, y, half_x, half_y))
+        return false;
+    bool near = depth == 0;
+    for (int k = 0; k < 4 && !near; k++)
+        near = comes_near(p, x + (k % 2 ? 0.5 : -0.5) * half_x, y + (k / 2 ? 0.5 : -0.5) * half_y,
+                          0.5 * half_x, 0.5 * half_y, reach, depth - 1);
+    return near;
+}
+
+/* A body that turns about the contour's own axis: the contour stays in a ring. */
+static bool does_ring_meet(const struct mill_contour *c, vec3 lo, vec3 hi, double radius)
+{
+    const struct mill_bodied *b = &c->body;
+    const double ring[4] = {c->low, c->high, -INFINITY, INFINITY};
+    const vec3 own = b->is.z, off = vec3_sub(b->is.centre, b->through);
+    const bool about = b->rings && vec3_norm(vec3_cross(own, b->axis)) < 1e-12 &&
+                       vec3_norm(vec3_cross(off, b->axis)) < 1e-12 * c->far;
+    mill_body_clip(b, &lo, &hi);
+    return !about || mill_body_ring_meets(b, ring, lo, hi, radius);
+}
+
+struct mill_span mill_contour_parts(const struct mill_shape *shape, vec3 lo, vec3 hi, double radius)
+{
+    enum { DEPTH = 3 };
+    const struct mill_contour *c = (const struct mill_contour *)shape;
+    const struct mill_span all = {0, (int16_t)c->pieces}, none = {0, 0};
+    if (!shape->fixed)
+        return does_ring_meet(c, lo, hi, radius) ? all : none;
+    mill_body_clip(&c->body, &lo, &hi);
+    const vec3 half = vec3_scale(vec3_sub(hi, lo), 0.5), middle = vec3_add(lo, half);
+    const struct mill_contour_spot s = mill_contour_spot_of(c, middle);
+    const double around = vec3_norm(half) * (1.0 + 1e-9),
+                 reach = radius * (1.0 + 1e-3) + 1e-6 * c->far;
+    const double half_x = c->plain ? half.y : around, half_y = c->plain ? half.z : around;
+    if (mill_contour_nook_at(c, s.x, s.y).near > reach + sqrt(half_x * half_x + half_y * half_y))
+        return none;
+    /* the longest row of pieces out of reach, after piece `last`, is left out */
+    int first = -1, last = -1, widest = -1, from = 0, to = 0;
+    for (int k = 0; k < c->pieces; k++) {
+        if (!comes_near(&c->piece[k], s.x, s.y, half_x, half_y, reach, DEPTH))
+            continue;
+        first = first < 0 ? k : first;
+        if (last >= 0 && k - last > widest) {
+            widest = k - last;
+            from = k;
+            to = last;
+        }
+        last = k;
+    }
+    if (first < 0)
+        return none;
+    if (first + c->pieces - last >= widest) {
+        from = first;
+        to = last;
+    }
+    return (struct mill_span){(int16_t)from, (int16_t)((to - from + c->pieces) % c->pieces + 1)};
+}
+
+bool mill_contour_reachable(const struct mill_shape *shape, vec3 lo, vec3 hi, double radius)
+{
+    return mill_contour_parts(shape, lo, hi, radius).count > 0;
 }

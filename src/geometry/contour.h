@@ -44,6 +44,20 @@ struct mill_contour_spot {
     double x, y, beyond; /* [m]; beyond < 0: at the own z < 0 */
 };
 
+static inline struct mill_contour_spot mill_contour_spot_of(const struct mill_contour *c,
+                                                            vec3 place)
+{
+    struct mill_contour_spot s = {place.y, place.z, 0.0};
+    if (!c->plain) {
+        const vec3 own = mill_body_in(&c->body.is, place);
+        s.x = own.x;
+        s.y = own.y;
+        const double beyond = fabs(own.z) - c->half;
+        s.beyond = beyond > 0.0 ? copysign(beyond, own.z) : 0.0;
+    }
+    return s;
+}
+
 /* The nearest point of a piece */
 struct mill_contour_view {
     double d;        /* [m] distance in the plane; < 0: the place is behind the piece */
@@ -102,6 +116,11 @@ static inline int mill_contour_listed(const struct mill_contour *c, struct mill_
 /* create and free of struct mill_shape_type */
 bool mill_contour_create(struct mill_shape *shape);
 void mill_contour_free(struct mill_shape *shape);
+
+/* parts and reachable of struct mill_shape_type, of a container */
+struct mill_span mill_contour_parts(const struct mill_shape *shape, vec3 lo, vec3 hi,
+                                    double radius);
+bool mill_contour_reachable(const struct mill_shape *shape, vec3 lo, vec3 hi, double radius);
 
 /* How balls meet it, from inside and from outside */
 extern const struct mill_shape_type mill_contour_wall, mill_contour_surface;

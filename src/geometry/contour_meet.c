@@ -24,19 +24,6 @@ static bool is_narrow(const struct mill_contour_piece *p, double radius)
 
 /* ---- places ---- */
 
-static struct mill_contour_spot spot_of(const struct mill_contour *c, vec3 place)
-{
-    struct mill_contour_spot s = {place.y, place.z, 0.0};
-    if (!c->plain) {
-        const vec3 own = mill_body_in(&c->body.is, place);
-        s.x = own.x;
-        s.y = own.y;
-        const double beyond = fabs(own.z) - c->half;
-        s.beyond = beyond > 0.0 ? copysign(beyond, own.z) : 0.0;
-    }
-    return s;
-}
-
 /* A direction of the contour's own frame, in its motion's frame */
 static vec3 turn_out(const struct mill_contour *c, double x, double y, double z)
 {
@@ -106,7 +93,7 @@ static struct mill_contact contact(const struct mill_shape *shape, vec3 centre, 
 {
     const struct mill_contour *c = (const struct mill_contour *)shape;
     const struct mill_contour_spot s =
-        spot_of(c, shape->motion ? mill_pose_in(pose, centre) : centre);
+        mill_contour_spot_of(c, shape->motion ? mill_pose_in(pose, centre) : centre);
     const struct nearest near = find_nearest(c, &s);
     return meet(c, near.n, near.d, centre, radius, pose);
 }
@@ -117,7 +104,8 @@ static int find_places(const struct mill_contour *c, vec3 centre, double radius,
                        const struct mill_pose *pose, struct mill_contact *k, int most)
 {
     const bool moves = c->body.convex.base.motion;
-    const struct mill_contour_spot s = spot_of(c, moves ? mill_pose_in(pose, centre) : centre);
+    const struct mill_contour_spot s =
+        mill_contour_spot_of(c, moves ? mill_pose_in(pose, centre) : centre);
     const struct mill_contour_nook nook = mill_contour_nook_at(c, s.x, s.y);
     int found = 0;
     for (int i = 0; i < nook.count && found < most; i++) {
@@ -304,7 +292,7 @@ static struct sight look(const struct mill_contour *c, const struct mill_flight 
     const double speed = vec3_norm(u), a = seen.acceleration;
     const double cap = 0.5 * mill_greatest(speed, sqrt(a * radius)) / a;
     const double within = mill_least(h, mill_least(cap, seen.within));
-    return (struct sight){spot_of(c, mill_pose_in(&pose, r)),
+    return (struct sight){mill_contour_spot_of(c, mill_pose_in(&pose, r)),
                           c->plain ? vec3_make(u.y, u.z, u.x) : mill_body_turn_in(&c->body.is, u),
                           speed + a * within, a, within};
 }
@@ -372,7 +360,7 @@ static struct mill_hit search(const struct mill_contour *c, const struct mill_fl
     struct mill_hit hit = {MILL_HIT_NONE, INFINITY};
     double t = 0.0;
     if (f->travel < (double)INFINITY && end == horizon) {
-        const struct mill_contour_spot s = spot_of(c, f->place);
+        const struct mill_contour_spot s = mill_contour_spot_of(c, f->place);
         if (mill_contour_nook_at(c, s.x, s.y).near > radius + f->travel)
             return hit;
     }
@@ -414,92 +402,13 @@ static struct mill_hit next_contact(const struct mill_shape *shape, const struct
     return search(c, f, radius, now, horizon);
 }
 
-/* ---- which pieces can a ball in a cell touch? ---- */
-
-/* Is some of the box around this place on the positive side of a line, or near to it? */
-static bool is_some_past(const double line[3], double x, double y, double half_x, double half_y)
-{
-    const double margin = 1e-9 * (fabs(x) + fabs(y) + half_x + half_y);
-    return mill_contour_past(line, x, y) + fabs(line[0]) * half_x + fabs(line[1]) * half_y >=
-           -margin;
-}
-
-/* Can a ball in the box around this place touch the piece? The box is divided into quarters. */
-static bool comes_near(const struct mill_contour_piece *p, double x, double y, double half_x,
-                       double half_y, double reach, int depth)
-{
-    const double d = mill_contour_look(p, x, y).d;
-    if (fabs(d) > reach + sqrt(half_x * half_x + half_y * half_y) ||
-        !is_some_past(p->from, x, y, half_x, half_y) || !is_some_past(p->to, x, y, half_x, half_y))
-        return false;
-    bool near = depth == 0;
-    for (int k = 0; k < 4 && !near; k++)
-        near = comes_near(p, x + (k % 2 ? 0.5 : -0.5) * half_x, y + (k / 2 ? 0.5 : -0.5) * half_y,
-                          0.5 * half_x, 0.5 * half_y, reach, depth - 1);
-    return near;
-}
-
-/* A body that turns about the contour's own axis: the contour stays in a ring. */
-static bool does_ring_meet(const struct mill_contour *c, vec3 lo, vec3 hi, double radius)
-{
-    const struct mill_bodied *b = &c->body;
-    const double ring[4] = {c->low, c->high, -INFINITY, INFINITY};
-    const vec3 own = b->is.z, off = vec3_sub(b->is.centre, b->through);
-    const bool about = b->rings && vec3_norm(vec3_cross(own, b->axis)) < 1e-12 &&
-                       vec3_norm(vec3_cross(off, b->axis)) < 1e-12 * c->far;
-    mill_body_clip(b, &lo, &hi);
-    return !about || mill_body_ring_meets(b, ring, lo, hi, radius);
-}
-
-static struct mill_span parts(const struct mill_shape *shape, vec3 lo, vec3 hi, double radius)
-{
-    enum { DEPTH = 3 };
-    const struct mill_contour *c = (const struct mill_contour *)shape;
-    const struct mill_span all = {0, (int16_t)c->pieces}, none = {0, 0};
-    if (!shape->fixed)
-        return does_ring_meet(c, lo, hi, radius) ? all : none;
-    mill_body_clip(&c->body, &lo, &hi);
-    const vec3 half = vec3_scale(vec3_sub(hi, lo), 0.5), middle = vec3_add(lo, half);
-    const struct mill_contour_spot s = spot_of(c, middle);
-    const double around = vec3_norm(half) * (1.0 + 1e-9),
-                 reach = radius * (1.0 + 1e-3) + 1e-6 * c->far;
-    const double half_x = c->plain ? half.y : around, half_y = c->plain ? half.z : around;
-    if (mill_contour_nook_at(c, s.x, s.y).near > reach + sqrt(half_x * half_x + half_y * half_y))
-        return none;
-    /* the longest row of pieces out of reach, after piece `last`, is left out */
-    int first = -1, last = -1, widest = -1, from = 0, to = 0;
-    for (int k = 0; k < c->pieces; k++) {
-        if (!comes_near(&c->piece[k], s.x, s.y, half_x, half_y, reach, DEPTH))
-            continue;
-        first = first < 0 ? k : first;
-        if (last >= 0 && k - last > widest) {
-            widest = k - last;
-            from = k;
-            to = last;
-        }
-        last = k;
-    }
-    if (first < 0)
-        return none;
-    if (first + c->pieces - last >= widest) {
-        from = first;
-        to = last;
-    }
-    return (struct mill_span){(int16_t)from, (int16_t)((to - from + c->pieces) % c->pieces + 1)};
-}
-
-static bool reachable(const struct mill_shape *shape, vec3 lo, vec3 hi, double radius)
-{
-    return parts(shape, lo, hi, radius).count > 0;
-}
-
 const struct mill_shape_type mill_contour_wall = {.size = sizeof(struct mill_contour),
                                                   .create = mill_contour_create,
                                                   .free = mill_contour_free,
                                                   .next_contact = next_contact,
                                                   .contact = contact,
-                                                  .reachable = reachable,
-                                                  .parts = parts,
+                                                  .reachable = mill_contour_reachable,
+                                                  .parts = mill_contour_parts,
                                                   .beside = beside,
                                                   .places = places};
 

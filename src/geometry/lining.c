@@ -4,13 +4,13 @@
 #include "millsim/lining.h"
 
 #include "base/elementary.h"
-#include "base/profile.h"
 #include "millsim/setup.h"
 
 #include <assert.h>
 
 enum { POINTS = 8 /* of a free line, in each of the shortest waves */ };
 #define SHORTEST 1e-9 /* [m] of a side */
+#define FINEST 1e-12  /* relative to the size: more than rounding of a place */
 
 static double tangent(double angle)
 {
@@ -28,12 +28,48 @@ static struct mill_corner at(double around, double outward, double angle, double
 
 /* ---- buckles ---- */
 
+/* The formulas avoid cancellation for all heights from zero to overhangs and for any number of
+ * buckles. */
+struct mill_profile mill_lining_profile(int buckles, double radius, double height, double angle)
+{
+    assert(buckles >= 2 && radius > 0.0 && height >= 0.0);
+    const double half_pitch = MILL_PI / buckles, s = mill_elementary_heading(0.5 * half_pitch).sin;
+    const double q = 2.0 * s * s, h = height;
+    const double rest = q * radius * radius - 2.0 * h * h;
+    const double u = rest / (2.0 * h + sqrt(4.0 * h * h + q * rest));
+    /* R - u would cancel if h is small; this form follows from the equation of u */
+    const double outer = u > 0.0 ? (4.0 * h * u + 2.0 * h * h) / (q * (radius + u)) : radius - u;
+    const double inner = radius + u;
+    /* angle at an inner centre, between the axis and the next outer centre */
+    const struct mill_heading half = mill_elementary_heading(half_pitch);
+    const double half_inner = mill_elementary_atan2(outer * half.sin, inner - outer * half.cos);
+    return (struct mill_profile){.buckles = buckles,
+                                 .radius = radius,
+                                 .height = height,
+                                 .angle = angle,
+                                 .arc = u + h,
+                                 .outer = outer,
+                                 .inner = inner,
+                                 .half_outer = half_inner + half_pitch,
+                                 .half_inner = half_inner};
+}
+
+/* An arc meets its mirror image in the neighbouring half pitch if it covers the direction normal to
+ * the ray between them and its radius reaches this ray. */
+bool mill_lining_is_sound(const struct mill_profile *p)
+{
+    const double s = mill_elementary_heading(MILL_PI / p->buckles).sin;
+    if (p->half_outer >= 0.5 * MILL_PI && p->inner * s <= p->arc)
+        return false;
+    return p->height < p->radius && !(p->half_inner >= 0.5 * MILL_PI && p->outer * s <= p->arc);
+}
+
 /* Outer and inner arcs by turns. Inner arcs that are too short for sides are left out: they are
  * corners. */
 static size_t add_buckles(const struct mill_lining *is, struct mill_corner *corner)
 {
     const struct mill_profile p =
-        mill_profile_make((int)is->count, is->radius, is->height, is->angle);
+        mill_lining_profile((int)is->count, is->radius, is->height, is->angle);
     const double half_pitch = MILL_PI / (double)is->count;
     const bool inner = 2.0 * p.half_inner * p.arc >= SHORTEST;
     size_t n = 0;
@@ -192,4 +228,133 @@ size_t mill_lining_corners(const struct mill_lining *is, struct mill_corner *cor
     default:
         return 0;
     }
+}
+
+/* ---- any contour ---- */
+
+struct mill_corner mill_lining_halve(const struct mill_corner *a, const struct mill_corner *b,
+                                     double *bulge)
+{
+    const double s = 0.5 * *bulge;
+    *bulge /= 1.0 + sqrt(1.0 + *bulge * *bulge);
+    return (struct mill_corner){0.5 * (a->x + b->x) + s * (b->y - a->y),
+                                0.5 * (a->y + b->y) - s * (b->x - a->x), *bulge};
+}
+
+/* Twice the area between a side and the origin [m^2] */
+static double twice_area(const struct mill_corner *a, const struct mill_corner *b)
+{
+    const double square = (b->x - a->x) * (b->x - a->x) + (b->y - a->y) * (b->y - a->y);
+    const double u = fabs(a->bulge);
+    double segment = 0.0; /* r^2 (angle - sin(angle)); a series where the two cancel */
+    if (u >= 1e-2) {
+        const double r = 0.25 * (1.0 + u * u) / u, angle = 4.0 * mill_elementary_atan2(u, 1.0);
+        segment = r * r * (angle - mill_elementary_heading(angle).sin);
+    } else {
+        segment = u * (2.0 / 3.0 + u * u * (2.0 / 15.0 - u * u * (2.0 / 105.0)));
+    }
+    return a->x * b->y - a->y * b->x + copysign(segment, a->bulge) * square;
+}
+
+double mill_lining_area(const struct mill_corner *corner, size_t n)
+{
+    double twice = 0.0;
+    for (size_t k = 0; k < n; k++)
+        twice += twice_area(&corner[k], &corner[(k + 1) % n]);
+    return 0.5 * twice;
+}
+
+/* ---- does it cross itself? ---- */
+
+/* A part of a side, its share from..to of the side's angle or length */
+struct share {
+    struct mill_corner a, b;
+    double bulge, half; /* half: [m] of its points, none is farther from the middle of the chord */
+    bool first, last;   /* it begins where the side begins, ends where it ends */
+};
+
+static struct share share_of(struct mill_corner a, struct mill_corner b, double bulge)
+{
+    const double dx = b.x - a.x, dy = b.y - a.y;
+    return (struct share){a,    b,   bulge, 0.5 * sqrt(dx * dx + dy * dy) * fmax(1.0, fabs(bulge)),
+                          true, true};
+}
+
+static void halve(const struct share *of, struct share half[2])
+{
+    double bulge = of->bulge;
+    const struct mill_corner middle = mill_lining_halve(&of->a, &of->b, &bulge);
+    half[0] = share_of(of->a, middle, bulge);
+    half[1] = share_of(middle, of->b, bulge);
+    half[0].first = of->first;
+    half[1].last = of->last;
+    half[0].last = half[1].first = false;
+}
+
+/* Does the second of two sides begin where the first one ends; does it end where that begins? */
+struct order {
+    bool follows, leads;
+};
+
+/* > 0: c is on the left of the line from a to b */
+static double side_of(const struct mill_corner *a, const struct mill_corner *b,
+                      const struct mill_corner *c)
+{
+    return (b->x - a->x) * (c->y - a->y) - (b->y - a->y) * (c->x - a->x);
+}
+
+/* Is all of q on one side of the strip between the chord of p and its arc? Without this, arcs that
+ * are nearly parallel would be halved until their parts are as short as they are apart. */
+static bool are_apart(const struct share *p, const struct share *q, double least)
+{
+    const double l = 2.0 * p->half / fmax(1.0, fabs(p->bulge));
+    const double rise = q->half * fmin(1.0, fabs(q->bulge)) + least, own = -0.5 * p->bulge * l;
+    const double a = side_of(&p->a, &p->b, &q->a), b = side_of(&p->a, &p->b, &q->b);
+    return fmin(a, b) > l * (fmax(own, 0.0) + rise) || fmax(a, b) < l * (fmin(own, 0.0) - rise);
+}
+
+/* Do two shares touch, other than where one side ends and the next one begins? */
+static bool touch(const struct share *p, const struct share *q, struct order order, double least)
+{
+    const double x = 0.5 * (p->a.x + p->b.x - q->a.x - q->b.x);
+    const double y = 0.5 * (p->a.y + p->b.y - q->a.y - q->b.y), near = p->half + q->half;
+    const bool meet =
+        (order.follows && p->last && q->first) || (order.leads && q->last && p->first);
+    if (x * x + y * y > near * near || are_apart(p, q, least) || are_apart(q, p, least))
+        return false;
+    const bool line[2] = {fabs(p->bulge) * p->half <= least, fabs(q->bulge) * q->half <= least};
+    if (line[0] && line[1]) {
+        const double a = side_of(&p->a, &p->b, &q->a), b = side_of(&p->a, &p->b, &q->b);
+        const double along =
+            (p->b.x - p->a.x) * (q->b.x - q->a.x) + (p->b.y - p->a.y) * (q->b.y - q->a.y);
+        if (meet) /* does one fold back onto the other? */
+            return a == 0.0 && b == 0.0 && along < 0.0;
+        return a * b <= 0.0 && side_of(&q->a, &q->b, &p->a) * side_of(&q->a, &q->b, &p->b) <= 0.0;
+    }
+    struct share part[2];
+    const bool first = !line[0] && (line[1] || p->half >= q->half);
+    halve(first ? p : q, part);
+    for (int k = 0; k < 2; k++)
+        if (first ? touch(&part[k], q, order, least) : touch(p, &part[k], order, least))
+            return true;
+    return false;
+}
+
+bool mill_lining_crosses(const struct mill_corner *corner, size_t n, size_t at[2])
+{
+    double size = 0.0;
+    for (size_t k = 0; k < n; k++)
+        size = fmax(size, fmax(fabs(corner[k].x), fabs(corner[k].y)));
+    for (at[0] = 0; at[0] < n; at[0]++) {
+        const struct share p =
+            share_of(corner[at[0]], corner[(at[0] + 1) % n], corner[at[0]].bulge);
+        for (at[1] = at[0] + 1; at[1] < n; at[1]++) {
+            const struct share q =
+                share_of(corner[at[1]], corner[(at[1] + 1) % n], corner[at[1]].bulge);
+            const struct order order = {at[1] == at[0] + 1, at[0] == 0 && at[1] == n - 1};
+            if (touch(&p, &q, order, FINEST * size))
+                return true;
+        }
+    }
+    return false;
 }

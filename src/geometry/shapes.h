@@ -7,12 +7,6 @@
 /* A wall of a container */
 extern const struct mill_shape_type mill_wall_type;
 
-/* [m^2] The area within a contour of `n` corners; < 0: it is clockwise */
-double mill_contour_area(const struct mill_corner *corner, size_t n);
-
-/* Does a contour cross or touch itself? Then *at: the corners at which two such sides begin */
-bool mill_contour_crosses(const struct mill_corner *corner, size_t n, size_t at[2]);
-
 /* support of the core of bodies of revolution */
 vec3 mill_round_support(const struct mill_core *core, vec3 way);
 

@@ -116,8 +116,8 @@ static bool make_contour(struct contour *c, struct fuzz_bytes *b)
                                   false))
             return false;
     contour_measure(c);
-    return c->n > 1 && !mill_contour_crosses(c->corner, c->n, at) &&
-           mill_contour_area(c->corner, c->n) > 0.0;
+    return c->n > 1 && !mill_lining_crosses(c->corner, c->n, at) &&
+           mill_lining_area(c->corner, c->n) > 0.0;
 }
 
 /* A place next to the contour's line, `off` [m] from it towards the balls, and the normal there */

@@ -128,8 +128,8 @@ static inline bool try_contour(uint64_t *seed, struct contour *c, int kind)
             return false;
     }
     contour_measure(c);
-    return c->n > 1 && mill_contour_area(c->corner, c->n) > 0.0 &&
-           !mill_contour_crosses(c->corner, c->n, at);
+    return c->n > 1 && mill_lining_area(c->corner, c->n) > 0.0 &&
+           !mill_lining_crosses(c->corner, c->n, at);
 }
 
 static inline void random_contour(uint64_t *seed, struct contour *c, int kind)

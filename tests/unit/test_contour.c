@@ -5,7 +5,7 @@
 
 #define SUNK 1e-12L    /* [m] what the march calls missed */
 #define STEP 1e-9L     /* [m] of the march, where the gap is nearly closed */
-#define MOST_PULL 1e6L /* [m/s^2] */
+#define MOST_PULL 1e6L /* [m/s^2] more than any frame here has */
 #define CLOSED 2e-14L  /* [m] a search calls 1e-15 closed; roundings of places up to 1 m away */
 #define LATE 1e-12L    /* [s] where the gap closes by CLOSED in less */
 
@@ -26,7 +26,7 @@ static void open_scene(uint64_t *seed, struct scene *s, int kind, bool inside, i
     random_contour(seed, &s->contour, kind);
     s->body =
         (struct mill_body){.inside = inside, .corners = s->contour.n, .corner = s->contour.corner};
-    if (inside && below(seed, 2)) { /* as a drum */
+    if (below(seed, 2)) { /* as a drum */
         s->body.centre = nought;
         s->body.x = vec3_make(0.0, 1.0, 0.0);
         s->body.y = vec3_make(0.0, 0.0, 1.0);
@@ -255,8 +255,8 @@ static void fly(bool inside, int way)
     }
     ck_assert_int_gt(n.exact, contours / 2);
     ck_assert_int_gt(n.none, contours);
-    ck_assert_int_lt(n.lost, n.found / 3 + 10);
-    ck_assert_int_lt(n.give_ups, n.found / 20 + 2);
+    ck_assert_int_lt(n.lost, n.found / 2 + 20);
+    ck_assert_int_lt(n.give_ups, n.found / 10 + 2);
 }
 
 /* Thorough: of 1000 contours */

@@ -1,6 +1,6 @@
 /* Contours from a few numbers have the sizes asked for; and which contours cross themselves. */
-#include "base/profile.h"
 #include "contour_fixture.h"
+#include "millsim/lining.h"
 
 static struct mill_corner corner[4 * MOST_CORNERS];
 
@@ -193,7 +193,7 @@ TEST(a_wavy_lining_has_the_arcs_of_its_profile)
     for (int i = 0; i < unit_draws(1000); i++) {
         struct mill_lining is = random_lining(&seed, WAVY);
         const struct mill_profile p =
-            mill_profile_make((int)is.count, is.radius, is.height, is.angle);
+            mill_lining_profile((int)is.count, is.radius, is.height, is.angle);
         const size_t n = mill_lining_corners(&is, corner);
         ck_assert_uint_eq(n, 2 * (size_t)is.count);
         for (size_t k = 0; k < n; k++) {
@@ -219,7 +219,7 @@ TEST(a_wavy_lining_has_the_arcs_of_its_profile)
 static bool crosses(size_t n, const struct mill_corner *is)
 {
     size_t at[2];
-    return mill_contour_crosses(is, n, at);
+    return mill_lining_crosses(is, n, at);
 }
 
 TEST(lines_that_cross_touch_or_fold_back_are_told)

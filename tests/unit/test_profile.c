@@ -15,7 +15,7 @@ TEST(neighbouring_arcs_touch_in_the_middle_between_their_centres)
 {
     for (int n = 2; n <= 500; n = n < MOST ? n + 1 : 5 * n / 2) {
         for (int k = 0; k < HEIGHTS; k++) {
-            const struct mill_profile p = mill_profile_make(n, R, heights[k], 0.0);
+            const struct mill_profile p = mill_lining_profile(n, R, heights[k], 0.0);
             const double y = p.inner * cos(PI / n) - p.outer, z = p.inner * sin(PI / n);
             ck_assert_double_eq_tol(hypot(y, z), 2.0 * p.arc, 1e-16);
         }
@@ -26,7 +26,7 @@ TEST(the_extreme_radii_are_those_of_the_drum_more_and_less_the_height)
 {
     for (int n = 2; n <= MOST; n++) {
         for (int k = 0; k < HEIGHTS; k++) {
-            const struct mill_profile p = mill_profile_make(n, R, heights[k], 0.0);
+            const struct mill_profile p = mill_lining_profile(n, R, heights[k], 0.0);
             ck_assert_double_eq_tol(p.outer + p.arc, R + heights[k], 3e-17);
             ck_assert_double_eq_tol(p.inner - p.arc, R - heights[k], 3e-17);
         }
@@ -38,7 +38,7 @@ TEST(the_contract_s_equation_holds_and_its_larger_root_is_taken)
     for (int n = 2; n <= MOST; n++) {
         for (int k = 0; k < HEIGHTS; k++) {
             const double h = heights[k], q = 1.0 - cos(PI / n);
-            const struct mill_profile p = mill_profile_make(n, R, h, 0.0);
+            const struct mill_profile p = mill_lining_profile(n, R, h, 0.0);
             const double u = p.arc - h, scale = q * (R * R + u * u) + 4.0 * h * fabs(u);
             ck_assert_double_eq_tol(q * u * u + 4.0 * h * u + 2.0 * h * h - q * R * R, 0.0,
                                     1e-13 * scale);
@@ -50,7 +50,7 @@ TEST(the_contract_s_equation_holds_and_its_larger_root_is_taken)
 TEST(a_profile_of_no_height_is_the_circle)
 {
     for (int n = 2; n <= 500; n++) {
-        const struct mill_profile p = mill_profile_make(n, R, 0.0, 0.0);
+        const struct mill_profile p = mill_lining_profile(n, R, 0.0, 0.0);
         ck_assert_double_eq_tol(p.arc, R, 1e-16);
         ck_assert_double_eq(p.outer, 0.0);
     }
@@ -74,7 +74,7 @@ TEST(the_area_is_what_the_points_of_the_profile_enclose)
     enum { POINTS = 20000 };
     for (int n = 2; n <= MOST; n++) {
         for (int k = 0; k < HEIGHTS; k++) {
-            const struct mill_profile p = mill_profile_make(n, R, heights[k], 0.0);
+            const struct mill_profile p = mill_lining_profile(n, R, heights[k], 0.0);
             const struct mill_setup_drum drum = wavy_drum(n, R, 1.0, heights[k], 0.3);
             double area = 0.0;
             vec3 last = on_profile(&p, 0.0);
@@ -83,7 +83,7 @@ TEST(the_area_is_what_the_points_of_the_profile_enclose)
                 area += n * (last.y * next.z - last.z * next.y);
                 last = next;
             }
-            ck_assert_double_eq_tol(mill_contour_area(drum.corner, drum.corners), area,
+            ck_assert_double_eq_tol(mill_lining_area(drum.corner, drum.corners), area,
                                     1e-7 * area);
         }
     }
@@ -94,8 +94,8 @@ TEST(every_profile_of_the_study_is_sound_and_overhangs_are)
     int overhangs = 0;
     for (int n = 2; n <= MOST; n++) {
         for (double h = 0.0; h <= 0.01; h += 0.0005) {
-            const struct mill_profile p = mill_profile_make(n, R, h, 0.0);
-            ck_assert(mill_profile_is_sound(&p));
+            const struct mill_profile p = mill_lining_profile(n, R, h, 0.0);
+            ck_assert(mill_lining_is_sound(&p));
             overhangs += h > R * sin(PI / (2 * n));
         }
     }
@@ -118,10 +118,10 @@ TEST(a_profile_is_sound_up_to_the_height_at_which_neighbouring_bulges_meet)
 {
     for (int n = 2; n <= 300; n = n < 24 ? n + 1 : 2 * n) {
         const double highest = mill_deck_lining_highest(n, R);
-        const struct mill_profile below = mill_profile_make(n, R, 0.998 * highest, 0.0);
-        const struct mill_profile above = mill_profile_make(n, R, 1.002 * highest, 0.0);
-        ck_assert(mill_profile_is_sound(&below));
-        ck_assert(!mill_profile_is_sound(&above));
+        const struct mill_profile below = mill_lining_profile(n, R, 0.998 * highest, 0.0);
+        const struct mill_profile above = mill_lining_profile(n, R, 1.002 * highest, 0.0);
+        ck_assert(mill_lining_is_sound(&below));
+        ck_assert(!mill_lining_is_sound(&above));
         ck_assert(keeps_within(&below));
         ck_assert(above.height >= R || !keeps_within(&above));
         ck_assert(n == 2 || highest < R);

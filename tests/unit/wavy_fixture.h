@@ -2,7 +2,7 @@
 #ifndef WAVY_FIXTURE_H
 #define WAVY_FIXTURE_H
 
-#include "base/profile.h"
+#include "millsim/lining.h"
 #include "deck/deck_private.h"
 #include "shape_fixture.h"
 
@@ -28,8 +28,8 @@ static inline void build_with(struct wavy_mill *m, int n, double h, double angle
     const struct mill_setup_drum drum = wavy_drum(n, R, drum_length, h, angle);
     mill_build_in(&m->mill, &drum, blade, 0.0, 0.0);
     m->drum = m->mill.shape[DRUM];
-    m->profile = mill_profile_make(n, R, h, angle);
-    ck_assert(mill_profile_is_sound(&m->profile));
+    m->profile = mill_lining_profile(n, R, h, angle);
+    ck_assert(mill_lining_is_sound(&m->profile));
 }
 
 static inline void build(struct wavy_mill *m, int n, double h, double angle)
