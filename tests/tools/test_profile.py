@@ -11,6 +11,7 @@ from milltools.base.errors import UserError
 from milltools.geometry import contour
 from milltools.read.deck import Deck
 from milltools.read.runfile import Run
+from milltools.report import facts
 
 R = 0.03
 PROFILES = {
@@ -124,3 +125,20 @@ def test_a_damaged_contour_of_a_run_is_one_line(run, text, line):
     with Run(run) as opened, pytest.raises(UserError) as fault:
         contour.of(opened.as_deck)
     assert str(fault.value).startswith(f"{run}: {line}")
+
+
+@pytest.mark.parametrize(
+    "name, words",
+    [
+        ("wavy", "a wavy drum, 60 mm in mean diameter and 40 mm long inside (5 buckles of 3 mm)"),
+        ("lifters", "a drum with lifters, 60 mm in diameter and 40 mm long inside (4 lifters of 5 mm)"),
+        ("file", "a drum with a contour of 60 x 60 mm, 40 mm long inside"),
+    ],
+)
+def test_a_page_says_which_wall_the_drum_has(millsim, write_deck, tmp_path, name, words):
+    (tmp_path / "round.txt").write_text("0.03 0 1\n-0.03 0 1\n")
+    by_file = SMALL.replace("radius = 30 mm\n", "radius = 30 mm\nprofile = file\nfile = round.txt\n", 1)
+    write_deck(by_file if name == "file" else with_profile(name))
+    assert millsim("deck.ini", "-q", "-s", "run.time=1 ms").returncode == 0
+    with Run(tmp_path / "deck.h5") as opened:
+        assert facts.mill(opened).replace("\N{NO-BREAK SPACE}", " ").startswith(words)

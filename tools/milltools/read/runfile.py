@@ -60,7 +60,6 @@ PRECISION = {
 }
 HARD_RATE, HARD_PER_JOULE = "hard_rate", "hard_per_joule"  # below /statistics/precision
 ROUND = {"cylinder", "cone", "capsule", "sphere", "contour"}  # shapes that can turn while their charge is steady
-Z = np.array([0.0, 0.0, 1.0])
 RATE = re.compile(r"impacts/([^/]+)/rate")
 
 
@@ -320,8 +319,12 @@ class Run(Store):
         if own != "rotor":
             if self.text(f"{place}/kind", "turn") not in ("turn", "swing"):
                 return own
-            axis, centre = (self.vector(f"{place}/{k}") if self.text(f"{place}/{k}", "") else usual
-                            for k, usual in (("axis", Z), ("centre", np.zeros(3))))  # fmt: skip
+            axis, centre = (
+                self.vector(f"{place}/{key}") if self.text(f"{place}/{key}", "") else usual
+                for key, usual in (("axis", np.eye(3)[2]), ("centre", np.zeros(3)))
+            )
+            if axis.shape != (3,) or centre.shape != (3,) or not axis.any():
+                raise self.damaged(f"deck/{place}", "it turns about no line")
             frame, axis = self.vessel_frame(), axis / np.linalg.norm(axis)
             if max(np.abs(np.cross(side, axis)).max() for side in (frame[:, 0], frame[:, 3] - centre)) > 1e-9:
                 return own
