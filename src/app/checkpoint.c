@@ -43,21 +43,21 @@ static void set_owner(struct mill_state *state, const char *name)
         snprintf(carrier->owner, sizeof carrier->owner, "%s", name);
 }
 
-static enum mill_status carry_all(const struct mill_checkpoint *all, struct mill_h5 *file,
-                                  bool loads, struct mill_error *error)
+static enum mill_status carry_all(struct mill_starts *starts, struct mill_record_cost *cost,
+                                  struct mill_h5 *file, bool loads, struct mill_error *error)
 {
     struct carrier carrier = {{carry, loads, MILL_OK, error}, file, 0, "run"};
     struct mill_state *state = &carrier.state;
-    mill_state_structs(state, "cost", sizeof *all->cost, 1, all->cost);
-    mill_state_structs(state, "plan", sizeof all->starts->plan, 1, &all->starts->plan);
-    const struct mill_starts_plan *plan = &all->starts->plan;
+    mill_state_structs(state, "cost", sizeof *cost, 1, cost);
+    struct mill_starts_plan *plan = &starts->plan;
+    mill_state_structs(state, "plan", sizeof *plan, 1, plan);
     if (state->loads &&
         !(plan->count > 0 && plan->count <= MILL_PRECISION_STARTS && plan->until >= 0))
         mill_state_refuse(state, "the saved plan is damaged");
     if (state->loads && state->status == MILL_OK)
-        state->status = mill_starts_grow(all->starts, state->error);
-    for (; carrier.start < all->starts->count && state->status == MILL_OK; carrier.start++) {
-        const struct mill_starts_one *one = &all->starts->one[carrier.start];
+        state->status = mill_starts_grow(starts, state->error);
+    for (; carrier.start < starts->count && state->status == MILL_OK; carrier.start++) {
+        const struct mill_starts_one *one = &starts->one[carrier.start];
         set_owner(state, "loop");
         mill_sim_state(one->sim, state);
         mill_observers_state(&one->observers, state, set_owner);
@@ -65,13 +65,14 @@ static enum mill_status carry_all(const struct mill_checkpoint *all, struct mill
     return state->status;
 }
 
-void mill_checkpoint_write(const struct mill_checkpoint *from, struct mill_h5 *file)
+void mill_checkpoint_write(struct mill_starts *starts, struct mill_record_cost *cost,
+                           struct mill_h5 *file)
 {
     mill_checkpoint_remove(file);
     mill_h5_write_text(file, PATH "/build", mill_version_build,
                        "sources, flags and compiler of the program that wrote this state: what "
                        "millsim --resume goes on from");
-    carry_all(from, file, false, NULL);
+    carry_all(starts, cost, file, false, NULL);
 }
 
 void mill_checkpoint_remove(struct mill_h5 *file)
@@ -101,11 +102,12 @@ enum mill_status mill_checkpoint_find(struct mill_h5 *file, const char *name, bo
     return status;
 }
 
-enum mill_status mill_checkpoint_load(const struct mill_checkpoint *to, struct mill_h5 *file,
-                                      const char *name, struct mill_error *error)
+enum mill_status mill_checkpoint_load(struct mill_starts *starts, struct mill_record_cost *cost,
+                                      struct mill_h5 *file, const char *name,
+                                      struct mill_error *error)
 {
     struct mill_error why = {""};
-    const enum mill_status status = carry_all(to, file, true, &why);
+    const enum mill_status status = carry_all(starts, cost, file, true, &why);
     const bool placed = strstr(why.text, PATH) != NULL; /* the text names file and dataset */
     if (status == MILL_OK)
         return MILL_OK;

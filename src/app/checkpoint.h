@@ -8,13 +8,8 @@
 #include "app/record.h"
 #include "app/starts.h"
 
-/* The objects that have a state */
-struct mill_checkpoint {
-    struct mill_starts *starts;
-    struct mill_record_cost *cost;
-};
-
-void mill_checkpoint_write(const struct mill_checkpoint *from, struct mill_h5 *file);
+void mill_checkpoint_write(struct mill_starts *starts, struct mill_record_cost *cost,
+                           struct mill_h5 *file);
 
 /* Removes the state, if there is one. */
 void mill_checkpoint_remove(struct mill_h5 *file);
@@ -26,7 +21,8 @@ enum mill_status mill_checkpoint_find(struct mill_h5 *file, const char *name, bo
 
 /* Loads the state into objects that were made from the same deck and have not run. After a failure
  * they must not be used. */
-enum mill_status mill_checkpoint_load(const struct mill_checkpoint *to, struct mill_h5 *file,
-                                      const char *name, struct mill_error *error);
+enum mill_status mill_checkpoint_load(struct mill_starts *starts, struct mill_record_cost *cost,
+                                      struct mill_h5 *file, const char *name,
+                                      struct mill_error *error);
 
 #endif

@@ -118,7 +118,6 @@ static bool open_output(struct run *r)
  * now on the file is that of an unfinished run. */
 static bool take_up(struct run *r)
 {
-    const struct mill_checkpoint to = {&r->starts, &r->cost};
     r->saved = true;
     if (!read_earlier(r, r->file))
         return false;
@@ -127,7 +126,7 @@ static bool take_up(struct run *r)
                                     "%s: another run has written to it meanwhile; see whether it "
                                     "still needs --resume",
                                     r->output));
-    if (!ok(r, mill_checkpoint_load(&to, r->file, r->output, r->error)))
+    if (!ok(r, mill_checkpoint_load(&r->starts, &r->cost, r->file, r->output, r->error)))
         return false;
     mill_checkpoint_remove(r->file);
     mill_record_deck(r->file, r->deck);
@@ -241,7 +240,7 @@ static struct mill_facts facts_of(struct run *r, const char *status, struct mill
 static void keep(struct run *r)
 {
     struct mill_record_cost cost = cost_of(r);
-    mill_checkpoint_write(&(struct mill_checkpoint){&r->starts, &cost}, r->file);
+    mill_checkpoint_write(&r->starts, &cost, r->file);
 }
 
 void mill_run_write(struct mill_h5 *file, const struct mill_observers *observers,

@@ -222,7 +222,7 @@ static void add(struct mill_deck *deck, const char *section, struct mill_setup_s
 /* The body and its copies */
 static bool add_body(struct mill_deck *deck, const struct mill_deck_section *section)
 {
-    const struct mill_deck_body *given = section->form;
+    struct mill_deck_body *given = section->form;
     struct mill_setup_surface surface = {.solid = mill_shapes_solid(given->shape)};
     struct mill_body is;
     if (!mill_deck_motions_find(deck, section->title, "motion", given->motion, &surface.motion) ||
@@ -238,8 +238,7 @@ static bool add_body(struct mill_deck *deck, const struct mill_deck_section *sec
                                                : "set 'side = outside' here or there");
     place(given, &is);
     if ((given->file && surface.solid->key &&
-         !mill_deck_lining_read(deck, section->title,
-                                &((struct mill_deck_body *)section->form)->file, &is)) ||
+         !mill_deck_lining_read(deck, section->title, &given->file, &is)) ||
         (!surface.solid->key && !read_mesh(deck, section, &is)) ||
         !check_form(deck, section, surface.solid, &is))
         return false;

@@ -175,28 +175,21 @@ void mill_deck_parse_quote(const char *value, char *out, size_t size);
 
 /* The section [title], or NULL. */
 struct mill_deck_section *mill_deck_section(const struct mill_deck_text *text, const char *title);
-
 /* The next [TITLE.NAME] after `last`; NULL for `last`: the first one. NULL: no more. */
 struct mill_deck_section *mill_deck_named(const struct mill_deck_text *text, const char *title,
                                           const struct mill_deck_section *last);
-
 /* The same for the kinds of balls: all [balls.NAME], or [balls] */
 struct mill_deck_section *mill_deck_next_balls(const struct mill_deck_text *text,
                                                const struct mill_deck_section *last);
-
 /* The section [TITLE.NAME], or NULL */
 struct mill_deck_section *mill_deck_find(const struct mill_deck_text *text, const char *title,
                                          const char *name);
-
 /* The NAME in its title; of a section without a name: the title */
 const char *mill_deck_name(const struct mill_deck_section *section);
-
 /* May a section be called [TITLE.NAME]? */
 bool mill_deck_is_name(const char *name);
-
 /* Is `text` one of the words, which are `apart`? Upper and lower case are equal. */
 bool mill_deck_is_among(const char *words, char apart, const char *text);
-
 /* NULL: there is no such entry, or `section` is NULL. */
 struct mill_deck_entry *mill_deck_entry(const struct mill_deck_section *section, const char *key);
 
@@ -209,13 +202,10 @@ bool mill_deck_value_number(const char **at, double *value);
  * *units: the database, which is loaded when it is first needed; NULL until then. */
 bool mill_deck_value_read(struct mill_units **units, const struct mill_key *key, const char *text,
                           void *form, struct mill_error *why);
-
 /* What a key expects: "a length such as '75 mm'", or "a length with its unit such as ..." */
 void mill_deck_value_wanted(const struct mill_key *key, bool with_unit, char *out, size_t size);
-
 /* Word number `n` of a choice, from 0, and its length; NULL: there are fewer. */
 const char *mill_deck_value_word(const struct mill_key *key, int n, int *length);
-
 /* Writes the value in SI with its unit; it reads back to the same bits. */
 void mill_deck_value_print(const struct mill_key *key, const void *form, char *out, size_t size);
 
@@ -225,7 +215,6 @@ void mill_deck_value_print(const struct mill_key *key, const void *form, char *o
  * owns *path afterwards. NULL stays NULL. */
 bool mill_deck_files_find(struct mill_deck_text *text, const char *section, const char *key,
                           const char **path);
-
 /* A file with rows of numbers, which a section names with a key; the deck owns the rows. */
 struct mill_deck_rows {
     const struct mill_deck_text *text;
@@ -239,7 +228,6 @@ struct mill_deck_rows {
 };
 
 bool mill_deck_files_read(struct mill_deck_rows *rows);
-
 /* A fault of the row in this line. Returns false. */
 bool mill_deck_files_wrong(const struct mill_deck_rows *rows, long line, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
@@ -250,7 +238,6 @@ bool mill_deck_files_wrong(const struct mill_deck_rows *rows, long line, const c
  * MILL_STILL */
 bool mill_deck_motions_find(const struct mill_deck *deck, const char *section, const char *key,
                             const char *name, int *motion);
-
 /* The vector scaled to length 1; exactly 1 along x, y or z */
 vec3 mill_deck_motions_unit(vec3 a);
 
@@ -262,7 +249,6 @@ struct mill_deck_found {
     struct mill_deck_material is;
     const char *remark; /* "": all values are the deck's */
 };
-
 /* Finds the material that [section] names with `key`. */
 bool mill_deck_materials_find(const struct mill_deck *deck, const char *section, const char *key,
                               const char *name, struct mill_deck_found *found);
@@ -275,13 +261,10 @@ void mill_deck_checks_balls(struct mill_deck *deck);
 void mill_deck_checks_starts(struct mill_deck *deck);
 void mill_deck_checks_frames(struct mill_deck *deck);
 void mill_deck_checks_powder(struct mill_deck *deck);
-
 /* Warns of what is allowed but is probably a mistake. */
 void mill_deck_warn(const struct mill_deck *deck);
-
 /* [m^3] of the empty container: what is inside is not subtracted */
 double mill_deck_checks_volume(const struct mill_deck *deck);
-
 /* The section of surface k of the setup */
 static inline const char *mill_deck_section_of(const struct mill_deck *deck, long k)
 {
@@ -300,14 +283,11 @@ static inline const char *mill_deck_holder(const struct mill_deck *deck)
 
 /* The contour of the drum */
 void mill_deck_lining_make(struct mill_deck *deck);
-
 /* Reads the corners of a body; *file becomes its path. */
 bool mill_deck_lining_read(struct mill_deck *deck, const char *section, const char **file,
                            struct mill_body *is);
-
 /* Warns of places of the drum's contour where not all balls fit. */
 void mill_deck_lining_warn(const struct mill_deck *deck);
-
 /* [m] the maximum height of buckles up to which all profiles are valid; at most the radius */
 double mill_deck_lining_highest(int buckles, double radius);
 
@@ -321,14 +301,12 @@ void mill_deck_motions_turn(struct mill_deck *deck);
 void mill_deck_bodies_parts(struct mill_deck *deck);
 void mill_deck_bodies_list(struct mill_deck *deck);
 void mill_deck_bodies_turn(struct mill_deck *deck);
-
 /* Tells all blades beyond the drum. */
 void mill_deck_bodies_inside(struct mill_deck *deck);
 
 /* [m] The largest distance of the body's points from the x axis of its motion's frame. -1: out of
  * memory */
 double mill_deck_bodies_reach(const struct mill_solid *solid, const struct mill_body *body);
-
 /* [m] The sides of the box around a mesh */
 vec3 mill_deck_bodies_size(const struct mill_body *mesh);
 

@@ -129,9 +129,8 @@ static const struct mill_key start_key[] = {
      .type = MILL_KEY_FILE, .preset = "random", DECK(given.start), .words = "random"},
     {"speed", "speed of every ball of a random start, in a random direction", .unit = "m/s",
      NOT_NEGATIVE, .preset = "0 m/s", DECK(setup.speed)},
-    {"start_motion", "balls of a random start move with the container, or are still",
-     .type = MILL_KEY_CHOICE, .preset = "container", DECK(setup.at_rest), .words = "container|still",
-     .hidden = starts_alike},
+    {"start_motion", "balls of a random start move with the container, or are still", .type = MILL_KEY_CHOICE,
+     .preset = "container", DECK(setup.at_rest), .words = "container|still", .hidden = starts_alike},
     {.name = NULL},
 };
 
@@ -148,9 +147,8 @@ static const struct mill_key drum_key[] = {
     {"radius", "inner radius of the drum", MILL_SOLID_SIZE, DECK(setup.drum.radius)},
     {"diameter", "inner diameter of the drum", MILL_SOLID_WIDTH, .instead = "radius", DECK(setup.drum.radius)},
     {"length", "inner length of the drum", MILL_SOLID_SIZE, DECK(setup.drum.length)},
-    {"ends", "end walls, or periodic: a slice of a long mill, which balls leave at one end and enter at "
-     "the other", .type = MILL_KEY_CHOICE, .preset = "walls", DECK(setup.drum.periodic),
-     .words = "walls|periodic"},
+    {"ends", "end walls, or periodic: a slice of a long mill, which balls leave at one end and enter at the other",
+     .type = MILL_KEY_CHOICE, .preset = "walls", DECK(setup.drum.periodic), .words = "walls|periodic"},
     {"profile", "shape of the drum's wall", .type = MILL_KEY_CHOICE, .preset = "circle", LINING(form),
      .words = "circle|wavy|lifters|harmonics|file"},
     {"buckles", "number of buckles around the drum", .type = MILL_KEY_WHOLE, .lo = 2,
@@ -287,9 +285,8 @@ static const struct mill_key swing_key[] = {
 static const struct mill_key shift_key[] = {
     {"amplitude", "half of the whole stroke, along x, y and z", PLACE, MOTION(as.shift.amplitude)},
     {"frequency", "cycles per time", .unit = "Hz", NOT_NEGATIVE, MOTION(as.shift.frequency)},
-    {"phase", "along x, y and z: amplitude sin(2 pi frequency t + phase)",
-     .type = MILL_KEY_VECTOR, .unit = "rad", ANY, .preset = "0 deg", .one_for_all = true,
-     MOTION(as.shift.phase)},
+    {"phase", "along x, y and z: amplitude sin(2 pi frequency t + phase)", .type = MILL_KEY_VECTOR, .unit = "rad", ANY,
+     .preset = "0 deg", .one_for_all = true, MOTION(as.shift.phase)},
     {.name = NULL},
 };
 
@@ -326,8 +323,7 @@ static const struct mill_key contour_key[] = {
 
 static const struct mill_key copies_key[] = {
     {"copies", "number of equal bodies in all", .type = MILL_KEY_WHOLE, .lo = 1, .hi = MILL_DECK_MOST_BLADES,
-     .preset = "1", BODY(copies), .hidden = mill_solid_is_inside,
-     .needs = "a mill has one container: leave it out"},
+     .preset = "1", BODY(copies), .hidden = mill_solid_is_inside, .needs = "a mill has one container: leave it out"},
     {"turn_by", "angle by which each copy is turned from the one before it", .unit = "rad", ANY,
      .preset = "0 deg", BODY(turn_by), .hidden = is_single},
     {"turn_about", "axis of this turn, through the origin of the motion's frame", DIRECTION,
@@ -356,9 +352,8 @@ static const struct mill_key powder_key[] = {
      .preset = "0 m", POWDER(layer)},
     {"modulus", "reduced elastic modulus of the surfaces, for the Hertz contact", .unit = "Pa",
      .lo = 1, .hi = 1e13, .preset = "115 GPa", POWDER(modulus)},
-    {"energy", "energy of an impact: of the normal approach, with the slip, or lost",
-     .type = MILL_KEY_CHOICE, .preset = "normal", POWDER(energy),
-     .words = "normal|total|dissipated"},
+    {"energy", "energy of an impact: of the normal approach, with the slip, or lost", .type = MILL_KEY_CHOICE,
+     .preset = "normal", POWDER(energy), .words = "normal|total|dissipated"},
     {"threshold", "impacts with this `energy` or more are hard; auto: run.hard_impact", .unit = "J",
      POSITIVE, .words = "auto", .named = NAN, .preset = "auto", POWDER(threshold)},
     {"law", "what an impact of energy E does: c (E / 1 J)^n, c from the threshold on, breakage after "

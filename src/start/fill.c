@@ -13,10 +13,9 @@
 
 #define DROP_FRACTION 0.20 /* of the room: single drops fill this much quickly */
 #define DENSEST 0.59       /* of the room: no random packing is tried above this */
-#define LIKELY                                                                                     \
-    0.55           /* of the room: first try for a number of balls that fits; it packs in seconds */
-#define DROPS 4000 /* tries for one ball */
-#define TOLD 4096  /* drops between two reports */
+#define LIKELY 0.55        /* of the room: first try for a number that fits; packs in seconds */
+#define DROPS 4000         /* tries for one ball */
+#define TOLD 4096          /* drops between two reports */
 /* checks of each ball; the pushing must decrease by a tenth within this many */
 #define PATIENCE 40
 

@@ -15,7 +15,6 @@ struct run {
     struct mill_observers observers;
     struct mill_record_cost cost;
     struct mill_starts starts;
-    struct mill_checkpoint parts;
 };
 
 static void set_name(struct mill_state *state, const char *name)
@@ -80,7 +79,6 @@ static const char *open_run(struct run *r, bool update)
                                        .log_impacts = true};
     memset(r, 0, sizeof *r);
     bench_open(&r->bench, &mills[0]);
-    r->parts = (struct mill_checkpoint){&r->starts, &r->cost};
     r->starts.count = 1;
     r->starts.plan.count = 1;
     r->starts.one[0].sim = r->bench.sim;
@@ -90,7 +88,7 @@ static const char *open_run(struct run *r, bool update)
         status = mill_observers_create(&asked, r->bench.world, &r->observers, &error);
     r->starts.one[0].observers = r->observers;
     if (status == MILL_OK && update)
-        status = mill_checkpoint_load(&r->parts, r->file, "mill.h5", &error);
+        status = mill_checkpoint_load(&r->starts, &r->cost, r->file, "mill.h5", &error);
     if (status == MILL_OK)
         status = mill_observers_open(&r->observers, &asked, r->file, mill_sim_world(r->bench.sim),
                                      r->bench.sim, &error);
@@ -113,7 +111,7 @@ static void setup(void)
     bench_run(&run.bench, 0.06);
     keep_all(&run, &saved);
     run.cost = (struct mill_record_cost){7.5, 3.25, 0.5, 9};
-    mill_checkpoint_write(&run.parts, run.file);
+    mill_checkpoint_write(&run.starts, &run.cost, run.file);
     ck_assert_int_eq(mill_h5_close(run.file, NULL), MILL_OK);
     run.file = NULL;
 }

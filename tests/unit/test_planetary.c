@@ -293,15 +293,14 @@ SLOW_TEST(a_run_taken_up_again_has_the_same_poses_and_pictures, 1)
     planetary_run(&p, 0.43);
     struct mill_starts alone = {.plan = {0, 1, false}, .count = 1};
     alone.one[0] = (struct mill_starts_one){.sim = p.sim, .observers = p.observers};
-    mill_checkpoint_write(&(struct mill_checkpoint){&alone, &cost}, p.file);
+    mill_checkpoint_write(&alone, &cost, p.file);
     ck_assert_int_eq(mill_h5_flush(p.file, NULL), MILL_OK);
     planetary_run(&p, 0.6); /* lost */
     mill_h5_abandon(p.file);
     planetary_free(&p);
     planetary_open(&p, MILL_H5_UPDATE);
     alone.one[0] = (struct mill_starts_one){.sim = p.sim, .observers = p.observers};
-    const struct mill_checkpoint to = {&alone, &cost};
-    ck_assert_int_eq(mill_checkpoint_load(&to, p.file, p.path, NULL), MILL_OK);
+    ck_assert_int_eq(mill_checkpoint_load(&alone, &cost, p.file, p.path, NULL), MILL_OK);
     ck_assert_int_eq(mill_observers_open(&p.observers, &p.asked, p.file, p.world, p.sim, NULL),
                      MILL_OK);
     planetary_run(&p, p.asked.end);
