@@ -1,9 +1,9 @@
 /* The contour of the drum, and those of bodies: corners from the keys of a profile or from a file.
  */
 #include "base/elementary.h"
-#include "millsim/lining.h"
 #include "deck/deck_private.h"
 #include "geometry/shapes.h"
+#include "millsim/lining.h"
 
 enum { MOST_CORNERS = 4000 };
 

@@ -83,8 +83,7 @@ TEST(the_area_is_what_the_points_of_the_profile_enclose)
                 area += n * (last.y * next.z - last.z * next.y);
                 last = next;
             }
-            ck_assert_double_eq_tol(mill_lining_area(drum.corner, drum.corners), area,
-                                    1e-7 * area);
+            ck_assert_double_eq_tol(mill_lining_area(drum.corner, drum.corners), area, 1e-7 * area);
         }
     }
 }

@@ -2,8 +2,8 @@
 #ifndef WAVY_FIXTURE_H
 #define WAVY_FIXTURE_H
 
-#include "millsim/lining.h"
 #include "deck/deck_private.h"
+#include "millsim/lining.h"
 #include "shape_fixture.h"
 
 #define R 0.075
