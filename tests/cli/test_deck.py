@@ -70,7 +70,7 @@ WRONG_VALUES = [
     ("drum", "length", "0 m", "must be between 1e-09 and 10000 m"),
     ("drum", "length", "1e9 m", "must be between 1e-09 and 10000 m, got '1e9 m'"),
     ("drum", "length", "4 degC", "expected a length such as '75 mm', got '4 degC'"),
-    ("drum", "profile", "square", "expected 'circle' or 'wavy', got 'square'"),
+    ("drum", "profile", "square", "expected 'circle', 'wavy', 'lifters', 'harmonics' or 'file', got 'square'"),
     ("drum", "buckles", "6", WAVY_ONLY),
     ("drum", "buckle_height", "5 mm", WAVY_ONLY),
     ("drum", "buckle_angle", "0 deg", WAVY_ONLY),

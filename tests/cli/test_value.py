@@ -60,7 +60,7 @@ def test_a_value_is_told_with_kind_and_unit(told, order, kind, value, unit):
 
 def test_a_choice_has_words_and_so_has_a_file_that_there_need_not_be(told):
     lines = told("drum.profile=circle", "drum.radius=1 m", "balls.start=a.txt", "body.a.file=a.stl")
-    assert [line["choices"] for line in lines] == ["circle|wavy", "", "random", ""]
+    assert [line["choices"] for line in lines] == ["circle|wavy|lifters|harmonics|file", "", "random", ""]
 
 
 def test_a_told_number_reads_back_to_the_same_bits(told):
@@ -80,7 +80,10 @@ def test_many_are_told_in_their_order(told):
         ("rotor.speed=1000", "[rotor] speed: expected an angular speed with its unit such as '1000 rpm', got '1000'"),
         ("rotor.sped=1 rpm", "[rotor] sped: unknown key; did you mean 'speed'?"),
         ("rotors.speed=1 rpm", "[rotors]: unknown section; did you mean [rotor]?"),
-        ("drum.profile=oval", "[drum] profile: expected 'circle' or 'wavy', got 'oval'"),
+        (
+            "drum.profile=oval",
+            "[drum] profile: expected 'circle', 'wavy', 'lifters', 'harmonics' or 'file', got 'oval'",
+        ),
         ("balls.count=0", "[balls] count: must be between 1 and 50000000, got '0'"),
         ("speed", "expected SECTION.KEY=VALUE such as 'rotor.speed=1000 rpm'"),
     ],

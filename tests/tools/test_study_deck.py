@@ -116,7 +116,7 @@ def test_a_range_survives_the_tables_metadata():
         ("contact.restitution", ".7...9", "(numbers such as 0.5 on both sides of '..')"),
         ("contact.restitution", "0.5..1.5", "must be between 0 and 1, got '1.5'"),
         ("balls.count", "1..5 step 0.5", "expected a whole number such as '4000', got '1.0'"),
-        ("drum.profile", "circle, oval", "expected 'circle' or 'wavy', got 'oval'"),
+        ("drum.profile", "circle, oval", "expected 'circle', 'wavy', 'lifters', 'harmonics' or 'file', got 'oval'"),
         ("gravity.acceleration", "0..1 m/s^2", "three numbers"),
         ("rotor.sped", "1 rpm", "unknown key; did you mean 'speed'?"),
     ],
