@@ -113,6 +113,9 @@ static inline int mill_contour_listed(const struct mill_contour *c, struct mill_
     return n.first < 0 ? i : c->list[n.first + i];
 }
 
+/* [m] The distances of the nearest and the farthest of its points from its axis */
+void mill_contour_reach(const struct mill_body *is, double *low, double *high);
+
 /* create and free of struct mill_shape_type */
 bool mill_contour_create(struct mill_shape *shape);
 void mill_contour_free(struct mill_shape *shape);

@@ -55,7 +55,7 @@ static void quad(struct mill_mesh *mesh, bool turned, int64_t a, int64_t b, int6
 
 /* ---- prisms ---- */
 
-void mill_ring_add(struct mill_ring *ring, double x, double y)
+void mill_mesh_ring_add(struct mill_ring *ring, double x, double y)
 {
     double(*grown)[2] = more(ring->at, ring->points, sizeof *grown);
     ring->failed = ring->failed || !grown;
@@ -66,7 +66,7 @@ void mill_ring_add(struct mill_ring *ring, double x, double y)
     ring->at[ring->points++][1] = y;
 }
 
-void mill_ring_free(struct mill_ring *ring)
+void mill_mesh_ring_free(struct mill_ring *ring)
 {
     free(ring->at);
 }

@@ -23,8 +23,8 @@ struct mill_ring {
     bool fan, failed;
 };
 
-void mill_ring_add(struct mill_ring *ring, double x, double y);
-void mill_ring_free(struct mill_ring *ring);
+void mill_mesh_ring_add(struct mill_ring *ring, double x, double y);
+void mill_mesh_ring_free(struct mill_ring *ring);
 
 /* Adds the prism over a ring, as long as the body, seen from the side of the balls. wall: see
  * `outline` of struct mill_solid; 0 is its side, 1 and 2 are its ends at own z < 0 and > 0. */

@@ -117,10 +117,10 @@ static void outline(const struct mill_body *is, int wall, double tolerance, stru
         const double half_turns = (double)(k / (2 * quarter));
         const struct mill_heading at = mill_elementary_heading(
             MILL_PI * half_turns + 0.5 * MILL_PI * (k % (2 * quarter) - quarter) / quarter);
-        mill_ring_add(&ring, is->radius * at.cos, is->radius * at.sin);
+        mill_mesh_ring_add(&ring, is->radius * at.cos, is->radius * at.sin);
     }
     mill_mesh_prism(mesh, is, wall, &ring);
-    mill_ring_free(&ring);
+    mill_mesh_ring_free(&ring);
 }
 
 const struct mill_solid mill_prism_solid = {.surface = &surface,

@@ -32,15 +32,24 @@ static double gap_towards(const struct mill_shape *drum, double r, struct mill_h
     return gap_at(drum, r * at.cos, r * at.sin);
 }
 
+/* Is the container a contour that turns about its axis? Then any place of the circle around it is
+ * within it for a part of the turn. */
+static bool is_turning_contour(const struct mill_world *world)
+{
+    bool contour = false;
+    for (int i = 0; i < world->shapes; i++)
+        contour = contour || (mill_body_is(world->shape[i])->inside &&
+                              mill_body_is(world->shape[i])->corners > 0);
+    return contour && world->container.mapped != world->container.motion;
+}
+
 /* The drum, whose cross-section is enough. NULL if the cross-section is the circle (within 1e-9 of
  * its radius), or if there is no drum. */
 static const struct mill_shape *odd_drum(const struct mill_world *world,
                                          const struct mill_heading *towards)
 {
     const double radius = world->drum_radius;
-    if (world->container.mapped != world->container.motion)
-        return NULL; /* it turns about its axis: any place is within it for a part of the turn */
-    for (int i = 0; i < world->shapes; i++) {
+    for (int i = 0; i < world->shapes && !is_turning_contour(world); i++) {
         const struct mill_shape *shape = world->shape[i];
         const bool mantle = mill_body_is(shape)->inside && shape->wall == 0;
         for (int k = 0; mantle && k < ANGLES; k++)
@@ -127,7 +136,7 @@ static int rings_of(const struct mill_world *world, double radius)
 
 bool mill_maps_init(struct mill_maps *maps, const struct mill_world *world)
 {
-    const bool body = !world->container.drum;
+    const bool body = !world->container.drum && !is_turning_contour(world);
     struct mill_heading towards[ANGLES];
     for (int k = 0; k < ANGLES; k++)
         towards[k] = mill_elementary_heading(2 * MILL_PI * k / ANGLES);
