@@ -1,6 +1,6 @@
 /* The first contact with the wavy drum, from its gap alone: the first time at which the gap is
- * closed and closing. Balls of any size, those included that do not fit the buckles; flights aimed
- * at joints, hops that begin there, balls that touch two bulges at once. */
+ * closed and closing. Flights aimed at joints, hops that begin there, balls that touch two bulges
+ * at once. test_contour.c has flights of any kind. */
 #include "wavy_fixture.h"
 
 #include <float.h>
@@ -39,30 +39,11 @@ static double checked_contact(const struct wavy_mill *m, const struct flight *f,
     return t;
 }
 
-LOOP_TEST(the_first_contact_is_closed_closing_and_nothing_comes_before_it, 3)
-{
-    uint64_t seed = 120 + (uint64_t)_i;
-    int found = 0, none = 0, tight = 0;
-    for (int i = 0; i < 2500; i++) {
-        struct wavy_mill m;
-        build_random(&seed, &m);
-        const struct flight f = random_flight(&seed, &m);
-        const double t = checked_contact(&m, &f, log_uniform(&seed, 1e-6, 0.1), false);
-        found += !isinf(t);
-        none += isinf(t);
-        tight += !isinf(t) && f.radius > m.profile.arc;
-        mill_demolish(&m.mill);
-    }
-    ck_assert_int_gt(found, 300);
-    ck_assert_int_gt(none, 300);
-    ck_assert_int_gt(tight, 3);
-}
-
 /* Straight at the nearest point of the wall no bound of the way is too large. */
 LOOP_TEST(a_flight_just_long_enough_for_its_contact_finds_it, 2)
 {
     uint64_t seed = 150 + (uint64_t)_i;
-    for (int i = 0; i < 2500; i++) {
+    for (int i = 0; i < unit_draws(2500); i++) {
         struct wavy_mill m;
         build_random(&seed, &m);
         struct flight f = random_flight(&seed, &m);
@@ -80,54 +61,6 @@ LOOP_TEST(a_flight_just_long_enough_for_its_contact_finds_it, 2)
             ck_assert(isinf(first_contact(m.drum, &f, t - hair, false, NULL)));
         mill_demolish(&m.mill);
     }
-}
-
-/* The ball at its contact, thrown back with a share of its approach speed; every other one is made
- * to hop, slow along the wall and pulled towards it. */
-static void reflect(uint64_t *seed, const struct wavy_mill *m, struct flight *f, double t)
-{
-    const struct mill_contact c = meet(m, f, t);
-    *f = later(f, t);
-    const double u_n = vec3_dot(f->path.v, c.normal);
-    double rebound = fmax(uniform(seed, 0.0, 1.0) * fmax(-u_n, 0.0), 5e-3);
-    if (uniform(seed, 0.0, 1.0) < 0.5) {
-        f->path.v = vec3_scale(direction(seed), log_uniform(seed, 1e-3, 1.0));
-        f->path.g = vec3_axpy(vec3_scale(direction(seed), uniform(seed, 0.0, 2.0)),
-                              -uniform(seed, 0.0, 20.0), c.normal);
-        rebound = log_uniform(seed, 5e-3, 0.1);
-    }
-    f->path.v = vec3_axpy(f->path.v, rebound - vec3_dot(f->path.v, c.normal), c.normal);
-}
-
-LOOP_TEST(a_resolved_contact_does_not_come_back_at_once_and_the_next_is_not_missed, 2)
-{
-    uint64_t seed = 200 + (uint64_t)_i;
-    int hops = 0, again = 0, corners = 0;
-    for (int i = 0; i < 1200; i++) {
-        struct wavy_mill m;
-        build_random(&seed, &m);
-        struct flight f = random_flight(&seed, &m);
-        double t = first_contact(m.drum, &f, 0.1, false, NULL);
-        for (int hop = 0; hop < 6 && !isinf(t); hop++) {
-            reflect(&seed, &m, &f, t);
-            t = checked_contact(&m, &f, uniform(&seed, 0.0, 0.05), true);
-            /* a wall curved around the ball brings it back no sooner than its bend does */
-            const double v = vec3_norm(f.path.v), around = m.profile.arc - f.radius;
-            const double opening = -closing_at(&m, &f, 0.0);
-            const bool corner = around < 1e-6; /* the other bulge may be met at any time */
-            if (!corner && m.profile.half_outer < 0.5 * PI)
-                ck_assert_msg(t > opening / (20.0 + 2.0 + square(v + 1.0) / around),
-                              "n %d, h %g, a %g: opening at %g m/s, back after %g s",
-                              m.profile.buckles, m.profile.height, f.radius, opening, t);
-            hops++;
-            again += !isinf(t);
-            corners += corner;
-        }
-        mill_demolish(&m.mill);
-    }
-    ck_assert_int_gt(hops, 1000);
-    ck_assert_int_gt(again, 300);
-    ck_assert_int_gt(corners, 20);
 }
 
 /* Where the ball's centre is when it touches the wall at a joint, the wall's direction there and
