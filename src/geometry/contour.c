@@ -9,6 +9,7 @@
 #include "geometry/contour.h"
 #include "base/elementary.h"
 #include "base/memory.h"
+#include "millsim/lining.h"
 
 #include <stdlib.h>
 #include <string.h>
