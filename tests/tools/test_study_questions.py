@@ -13,6 +13,7 @@ from conftest import SMALL, STUDY, run_mill
 from test_study_show import SPEED, line_of, view
 
 from milltools.base.errors import UserError
+from milltools.read.deck import Deck
 from milltools.study.plan import probe
 from milltools.study.plan.study_deck import Study
 from milltools.study.plan.table import Table
@@ -397,6 +398,25 @@ def test_the_page_says_before_it_runs_designs_again_how_long_this_takes(swept, m
 def test_settings_of_a_design_run_it_again(swept):
     shown = data.opened(str(swept))[1]
     assert page.settings(shown, 1) == ["rotor.speed=62.83185307179586 rad/s"]
+
+
+@pytest.mark.slow
+def test_the_deck_of_the_best_design_is_that_of_its_run(mill, swept, tmp_path):
+    assert mill("study", str(swept), "--deck", "best.ini").returncode == 0
+    shown = data.opened(str(swept))[1]
+    best = optimum.find(shown, shown.objectives[0]).design
+    deck = Deck.check(tmp_path / "best.ini")
+    assert deck.number("rotor.speed") == shown.designs["rotor.speed"][best]
+    assert deck.count("run.seed") == shown.rows["seed"][best]
+
+
+@pytest.mark.slow
+def test_the_wall_of_the_best_design_is_drawn_where_its_shape_is_varied(mill, write_study, write_deck, tmp_path):
+    study = write_study(STUDY.split("[vary]")[0] + "[vary]\ndrum.wave_1 = 1, 2 mm\n")
+    write_deck(SMALL.replace("radius = 30 mm\n", "radius = 30 mm\nprofile = harmonics\nrepeats = 6\n", 1))
+    assert mill("sweep", str(study), "-o", "s.parquet", "--no-picture").returncode == 0
+    assert mill("study", "s.parquet", "--svg", "s.svg").returncode == 0
+    assert (tmp_path / "s-wall.svg").exists()
 
 
 def test_the_page_offers_a_design_in_the_unit_of_the_study(swept):

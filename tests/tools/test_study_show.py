@@ -494,7 +494,7 @@ def test_the_page_escapes_everything_and_needs_no_network():
 def test_the_page_runs_no_deck_that_names_a_file():
     """The table may be a stranger's, and the file any mesh of this computer."""
     shown = view(*line_of([1.0, 2.0, 1.5], [0.1] * 3, common={"body.a.shape": "mesh", "body.a.file": "/mine.stl"}))
-    said = "not run again for the page, because its deck names the file /mine.stl"
+    said = "not run again for the page: its deck names the file /mine.stl"
     assert page.render(shown, shown.objectives[0], []).count(f'<p class="missing">{said}</p>') == 3
 
 
@@ -581,6 +581,7 @@ def test_wrong_usage_is_one_line_and_status_2(mill):
         (["made.parquet", "--objective", "rate"], "--objective rate: made: no run of this table has kept its results"),
         (["made.parquet", "--png", "a.gif"], "a.gif: expected a name that ends in .png"),
         (["made.parquet", "--png", "no/a.png"], "no/a.png: there is no folder no"),
+        (["made.parquet", "--deck", "other.study"], "other.study: exists already"),
         (["made.parquet", "--reference", "rotor.speed=1"], "--reference: only with --beside"),
     ],
 )

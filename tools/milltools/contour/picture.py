@@ -14,9 +14,9 @@ INK_OF = {"lines": COLOURS[2], "arcs": COLOURS[1], "narrow": COLOURS[3]}
 MOST = 200  # places that are drawn
 
 
-def draw(shape, title, ball=None) -> Figure:
+def draw(shape, title, ball=None, reach=0.0) -> Figure:
     """A figure of a contour; `ball`: diameter [m] of a ball, None: only the narrowest place is marked, if it is
-    narrower than a tenth of the contour."""
+    narrower than a tenth of the contour; `reach`: radius [m] of the circle that blades sweep in it, 0: none."""
     with matplotlib.rc_context(LOOK):
         low, high = shape.box
         size = float((high - low).max())
@@ -24,7 +24,7 @@ def draw(shape, title, ball=None) -> Figure:
         axes = figure.add_axes((0.01, 0.1, 0.98, 0.84))
         axes.set_axis_off()
         axes.set_aspect("equal")
-        axes.set_title(literal(title))
+        axes.set_title(literal(title, 100), fontsize=10)
         for is_arc, name in ((False, "lines"), (True, "arcs")):
             pieces = np.flatnonzero(shape.is_arc == is_arc)
             counts = np.clip(np.ceil(np.abs(shape.sweep[pieces]) / 0.05), 1, 200).astype(int)
@@ -36,6 +36,10 @@ def draw(shape, title, ball=None) -> Figure:
             k = int(shape.radius.argmin())
             label = f"smallest radius, {quantity(shape.radius[k], 'm', 4)}"
             axes.plot(*shape.points(k, 0.5), ls="", marker="o", ms=9, mfc="none", color=INK_OF["arcs"], label=label)
+        if reach:
+            turn = np.linspace(0, 2 * np.pi, 361)
+            way = reach * np.array([np.cos(turn), np.sin(turn)])
+            axes.plot(*way, color=INK, lw=0.8, ls=(0, (5, 3)), label="reach of the blades")
         places = shape.narrow(ball / 2 if ball else size / 20)
         if len(places):
             own = places[:MOST] if ball else places[:1]

@@ -4,6 +4,7 @@ show/data.py reads the table and computes errors; show/optimum.py finds the best
 contour, slices, pair and outputs show them.
 """
 
+import os
 import pathlib
 import time
 
@@ -29,6 +30,7 @@ OPTIONS = (
         "everything as one page; runs the best design once more for its animation, and others while time is left: up "
         "to about 30 s",
     ),
+    ("deck", "FILE", "the deck of the best design, with all defaults"),
     ("csv", "FILE", "all runs, keys in the units of the study deck, all else in SI"),
     (
         "objective",
@@ -92,6 +94,8 @@ def run(arguments) -> Answer:
         check_writable(path)
         if kind in ("png", "svg", "pdf") and pathlib.Path(path).suffix != f".{kind}":
             raise UserError(f"{path}: expected a name that ends in .{kind}")
+        if kind == "deck" and os.path.lexists(path):
+            raise UserError(f"{path}: exists already; give another name")
     if arguments.reference and not arguments.beside:
         raise UserError("--reference: only with --beside")
     if arguments.follow and arguments.json:
@@ -124,7 +128,7 @@ def run(arguments) -> Answer:
         written = outputs.write(asked, view, objective, sensitivities, beside=beside, wanted=wanted, **options)
     if not arguments.follow:
         said[:0] = summary.lines(view, sensitivities, objective if arguments.objective else None)
-    files = list(dict.fromkeys([*written, *(asked[kind] for kind in ("csv", "html") if kind in asked)]))
+    files = list(dict.fromkeys([*written, *(asked[kind] for kind in ("csv", "html", "deck") if kind in asked)]))
     said += [f"written: {path}" for path in files]
     return Answer("\n".join(said), lambda: {"files": files} | summary.facts(table, view, sensitivities))
 

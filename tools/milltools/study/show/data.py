@@ -12,11 +12,13 @@ often agree by chance. The degrees of freedom of Student's t are then the number
 The interval is at least that of runs with the median relative s of the study.
 """
 
+import contextlib
 import dataclasses
 import functools
 import math
 import pathlib
 import re
+import tempfile
 from fnmatch import fnmatchcase
 
 import numpy as np
@@ -26,6 +28,7 @@ from scipy import stats
 from milltools.base.errors import MissingFileError, UserError
 from milltools.base.text import plain, spoken_unit
 from milltools.read import deck_text, expression, values
+from milltools.read.deck import Deck
 from milltools.read.kinds import label
 from milltools.read.results import Results
 from milltools.study.plan import formulas
@@ -438,13 +441,34 @@ def common(view) -> dict[str, str]:
     return {key: text for key, text in own.items() if text != VARIED}
 
 
-def written(keys: dict[str, str]) -> str:
-    """A deck with these {section.key: text}."""
+@contextlib.contextmanager
+def base_of(view, *orders):
+    """A temporary file with the deck of what all designs have. UserError if it, or an override of `orders`, names a
+    file: of this computer, and the table may be a stranger's."""
+    keys = common(view)
+    if files := [
+        one.text for one in values.tell([*(f"{k}={text}" for k, text in keys.items()), *orders]) if one.is_file
+    ]:
+        raise UserError(f"its deck names the file {files[0]}")
     sections: dict[str, list[str]] = {}
     for key, text in keys.items():
         section, _, name = key.rpartition(".")
         sections.setdefault(section, []).append(f"{name} = {text}")
-    return "\n".join(line for name, lines in sections.items() for line in (f"[{name}]", *lines)) + "\n"
+    lines = [line for name, own in sections.items() for line in (f"[{name}]", *own)]
+    with tempfile.TemporaryDirectory(prefix="mill-") as folder:
+        file = pathlib.Path(folder) / "mill.ini"
+        file.write_text("\n".join(lines) + "\n", encoding="utf-8")
+        yield file
+
+
+def deck_of(view, design) -> Deck:
+    """The deck of a design, with all defaults and the seed of its first run."""
+    first = int(np.flatnonzero(view.design_of == design)[0])
+    orders = [*settings(view, design), f"run.seed={view.rows['seed'][first]}"]
+    with base_of(view, *orders) as file:
+        found = Deck.check(file, orders)
+        _ = found.contours  # while the file is there
+    return found
 
 
 # ---- the table that belongs to a name

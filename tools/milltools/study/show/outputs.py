@@ -1,13 +1,18 @@
 """A study as files: pictures, one page, CSV."""
 
+import contextlib
 import functools
+import math
 import pathlib
 
+from milltools.base.errors import UserError
 from milltools.base.files import whole, write_csv, write_text
 from milltools.base.text import plain, spoken_unit
+from milltools.contour import picture
 from milltools.figures import style
+from milltools.geometry import contour as walls
 from milltools.study.show import contour, optimum, pair, slices, summary, tradeoff, tumbling
-from milltools.study.show.data import Scale, StudyView
+from milltools.study.show.data import Scale, StudyView, deck_of
 
 DOTS = 200  # an inch of a picture
 
@@ -25,6 +30,9 @@ def figures(view, objective, sensitivities=(), beside=None, wanted=None, **optio
             "errors beside it"
         )
         yield "contour", "Over two keys", words, part(contour.draw, view, objective, **options)
+    if deck := _shaped(view, objective):
+        words = "the cross-section of the drum in the best design, and the reach of the blades"
+        yield "wall", "The wall of the best design", words, part(_wall, view, objective, deck)
     words = f"{what} along each varied key through the best design, with 95 % error bars"
     yield "slices", "Along each key", words, part(slices.draw, view, objective)
     if found := tumbling.mills(view, objective):
@@ -44,6 +52,30 @@ def figures(view, objective, sensitivities=(), beside=None, wanted=None, **optio
         yield "beside", f"Beside {plain(beside.name)}", words, make
 
 
+def best_deck(view, objective):
+    """The Deck of the best design; UserError if there is no best design, or if its deck names a file."""
+    best = optimum.find(view, objective)
+    if best is None:
+        raise UserError(f"{view.name}: there is no best design yet", status=1)
+    return deck_of(view, best.design)
+
+
+def _shaped(view, objective):
+    """The Deck of the best design, if keys of its drum are varied and it is no circle."""
+    if not any(axis.key.startswith("drum.") for axis in view.axes):
+        return None
+    with contextlib.suppress(UserError):
+        deck = best_deck(view, objective)
+        return deck if "drum" in deck.contours else None
+
+
+def _wall(view, objective, deck):
+    """The contour of the best design."""
+    title, ball = view.tell(optimum.find(view, objective).design), max(one.diameter for one in deck.species)
+    reach = max((math.hypot(one.tip_radius, one.thickness / 2) for one in deck.blades), default=0.0)
+    return picture.draw(walls.of(deck), title, ball, reach)
+
+
 def draw(table, path):
     """The main picture of a table.Table into a file (.png, .svg, .pdf)."""
     view = StudyView.of(table)
@@ -60,6 +92,9 @@ def write(asked, view, *more, **options) -> list[str]:
         csv(view, asked["csv"], *more[:1])
     if "html" in asked:
         write_text(asked["html"], _page(view, *more, **options))
+    if "deck" in asked:
+        what = f"# Best design of the study {plain(view.name)}, by {more[0].words}"
+        write_text(asked["deck"], f"{what}\n{best_deck(view, more[0]).text}")
     names = [asked["html"]] if "html" in asked else []
     for path in (pathlib.Path(asked[kind]) for kind in ("png", "svg") if kind in asked):
         for name, _, _, make in figures(view, *more, **options):

@@ -7,7 +7,6 @@ A table has no frames, so the page runs a few designs again, the best ones first
 import math
 import pathlib
 import shlex
-import tempfile
 
 import matplotlib
 import numpy as np
@@ -22,7 +21,7 @@ from milltools.player import parts, player
 from milltools.read import values
 from milltools.read.runfile import Run
 from milltools.study.show import contour, optimum, pair, summary, tradeoff
-from milltools.study.show.data import common, settings, written
+from milltools.study.show.data import base_of, settings
 
 FOLDER = pathlib.Path(__file__).parent
 MOST_MILLS = 6
@@ -194,18 +193,11 @@ def _mill(view, design, most_bytes) -> str:
     row = _row(view, design)
     orders = [*settings(view, design), f"run.seed={row['seed']}"]
     orders.append(f"output.frames={max(0.01, float(row['time']) / 50)!r} s")
-    keys = common(view)
     try:
-        told = values.tell([*(f"{key}={text}" for key, text in keys.items()), *orders])
-        files = [one.text for one in told if one.is_file]
-        if files:  # of this computer, and the table may be a stranger's
-            raise UserError(f"not run again for the page, because its deck names the file {files[0]}")
-        with tempfile.TemporaryDirectory(prefix="mill-") as folder:
-            file = pathlib.Path(folder) / "mill.ini"
-            file.write_text(written(keys), encoding="utf-8")
+        with base_of(view, *orders) as file:
             sets = [word for order in orders for word in ("--set", order)]
             engine.ask("--quiet", *sets, "-o", file.with_suffix(".h5"), "--", file)
             with Run(file.with_suffix(".h5")) as run:
                 return parts.balls([run], "auto", lambda line: None, lambda line: None, most_bytes)[0]
     except UserError as fault:
-        return f'<p class="missing">{plain(fault).replace("<", "&lt;")}</p>'
+        return f'<p class="missing">not run again for the page: {plain(fault).replace("<", "&lt;")}</p>'

@@ -2,18 +2,15 @@
 curves of formulas (power.models) beside the runs."""
 
 import dataclasses
-import pathlib
-import tempfile
 
 import numpy as np
 
 from milltools.base.errors import UserError
 from milltools.base.text import literal
 from milltools.power import drum, models
-from milltools.read import values
 from milltools.read.deck import Deck
 from milltools.study.show import canvas
-from milltools.study.show.data import common, deck_entries, settings, written
+from milltools.study.show.data import base_of, deck_entries, settings
 from milltools.study.show.slices import BARS
 
 POWERS = ("power", "drive/power", "rotor/power")
@@ -27,13 +24,9 @@ def mills(view, objective) -> list[models.Mill]:
     turns = any(one.section == "drum" and one.key == "motion" for one in deck_entries(view.meta, "deck"))
     if not turns or objective.path not in POWERS or len(view.designs) > MOST:
         return []
-    keys, found = common(view), []
+    found = []
     try:
-        if any(one.is_file for one in values.tell(f"{key}={text}" for key, text in keys.items())):
-            return []  # of this computer, and the table may be a stranger's
-        with tempfile.TemporaryDirectory(prefix="mill-") as folder:
-            file = pathlib.Path(folder) / "mill.ini"
-            file.write_text(written(keys), encoding="utf-8")
+        with base_of(view) as file:
             for design in range(len(view.designs)):
                 found.append(drum.mill_of(Deck.check(file, settings(view, design))))
     except UserError:  # not such a mill
