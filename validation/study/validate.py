@@ -21,6 +21,7 @@ PARTS = {
     "figure7": ("figure7",),
     "friction": ("friction",),
     "optimum": ("optimum",),
+    "chamber": ("chamber",),
     "overhead": ("overhead",),
 }
 INTRODUCTION = (
