@@ -1,5 +1,7 @@
 """Draws a contour: lines and arcs in two colours, the axis, the smallest radius, where a ball does not fit, a scale."""
 
+import textwrap
+
 import matplotlib
 import numpy as np
 from matplotlib.collections import LineCollection, PatchCollection
@@ -24,7 +26,7 @@ def draw(shape, title, ball=None, reach=0.0) -> Figure:
         axes = figure.add_axes((0.01, 0.1, 0.98, 0.84))
         axes.set_axis_off()
         axes.set_aspect("equal")
-        axes.set_title(literal(title, 100), fontsize=10)
+        axes.set_title("\n".join(textwrap.wrap(literal(title, 120), 64)), fontsize=10)
         for is_arc, name in ((False, "lines"), (True, "arcs")):
             pieces = np.flatnonzero(shape.is_arc == is_arc)
             counts = np.clip(np.ceil(np.abs(shape.sweep[pieces]) / 0.05), 1, 200).astype(int)
