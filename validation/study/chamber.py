@@ -23,7 +23,7 @@ SHAPES = {
 }
 
 
-def measured(case, seeds, *sets):
+def measured(case, seeds, *sets, shapes=tuple(SHAPES)):
     """{shape: HARD, SOFTER and WEAR (3, seeds)} of runs with these overrides."""
 
     def one(job):
@@ -37,10 +37,10 @@ def measured(case, seeds, *sets):
             results = results_of(run)
             return [float(expression.parsed(text).of(results).value) for text in (HARD, SOFTER, WEAR)]
 
-    jobs = [(shape, seed) for shape in SHAPES for seed in seeds]
+    jobs = [(shape, seed) for shape in shapes for seed in seeds]
     with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
-        found = np.array(list(pool.map(one, jobs))).reshape(len(SHAPES), len(seeds), 3)
-    return {shape: values.T for shape, values in zip(SHAPES, found)}
+        found = np.array(list(pool.map(one, jobs))).reshape(len(shapes), len(seeds), 3)
+    return {shape: values.T for shape, values in zip(shapes, found)}
 
 
 def mean(values):
@@ -78,13 +78,16 @@ def check(case):
         "part of the work that is lost by sliding on the best free line", 100 * share, 5, error=100 * error, unit="%",
         against="required by the study",
     )  # fmt: skip
-    soft, short = measured(case, SEEDS[:3], *SOFT), measured(case, SEEDS, *SHORT)
-    for shape in list(SHAPES)[:3]:
+    both = [shape for shape in SHAPES if not shape.startswith("18")]
+    soft, short = measured(case, SEEDS[:2], *SOFT, shapes=both), measured(case, SEEDS, *SHORT, shapes=both)
+    for shape in both[:2]:
         (a, da), (b, db) = (gain(found[shape][0], found["the smooth drum"][0]) for found in (soft, short))
-        case.tell(f"{shape}: {b:.1f} +- {db:.1f} % better than the smooth drum; with soft spheres {a:.1f} +- {da:.1f} %")
+        case.tell(
+            f"{shape}: {b:.1f} +- {db:.1f} % better than the smooth drum; with soft spheres {a:.1f} +- {da:.1f} %"
+        )
         case.bound(
-            f"{shape}: impacts of 1 mJ or more per joule over those in the smooth drum, soft spheres (10 GPa) less hard "
+            f"{shape}: impacts of 1 mJ or more per joule over the smooth drum, soft spheres (10 GPa) less hard "
             "ones",
-            100 * ((100 + a) / (100 + b) - 1), 5, error=float(np.hypot(da, db)), unit="%",
+            100 * ((100 + a) / (100 + b) - 1), 10, error=float(np.hypot(da, db)), unit="%",
             against="`--soft`: both kinds of spheres", headline=shape == "the best free line",
         )  # fmt: skip
