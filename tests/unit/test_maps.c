@@ -154,8 +154,9 @@ TEST(a_drum_that_is_no_circle_is_measured_by_its_gap)
     f.world.shape = list;
     f.world.shapes = 1;
     const double volume = PI * (0.075 * 0.075 + 0.004 * 0.004 / 2) * 0.12;
+    f.world.drum_radius = 0.079; /* that of its farthest places */
     ck_assert(mill_maps_init(&other, &f.world));
-    ck_assert_double_eq_tol(other.cross.from[0], -0.079, 1e-6);
+    ck_assert_double_eq(other.cross.from[0], -0.079);
     for (int i = 0; i < cells(&other.cross); i++)
         cross += other.room[i];
     for (int i = 0; i < cells(&other.axial); i++)
