@@ -59,8 +59,9 @@ static struct nearest find_nearest(const struct mill_contour *c, const struct mi
     if (end.d < fabs(best.d)) {
         const bool joint = fabs(best.d) - end.d <= SNUG * c->far; /* nearer by rounding only */
         const double side = (joint ? best.d : end.out) < 0.0 ? -1.0 : 1.0;
-        best =
-            (struct mill_contour_view){.d = side * end.d, .nx = side * end.nx, .ny = side * end.ny};
+        best.d = side * end.d;
+        best.nx = joint ? best.nx : side * end.nx;
+        best.ny = joint ? best.ny : side * end.ny;
     }
     struct nearest near = {best.d, {best.nx, best.ny, 0.0}, found};
     if (s->beyond != 0.0 && best.d <= 0.0) {

@@ -215,8 +215,9 @@ TEST(across_the_line_at_a_joint_the_gap_has_no_step_and_the_normal_no_kink)
         const struct mill_profile *p = &m.profile;
         const struct mill_shape *s = m.drum;
         const double radius = uniform(&seed, 0.01, 0.9) * p->arc;
-        /* the direction of a short arc is that of two corners, on both sides of the joint */
-        const double rounding = 32.0 * DBL_EPSILON * R / (2.0 * p->half_inner * p->arc);
+        /* the direction of an arc is that of its chord */
+        const double chord = 2.0 * p->arc * fmin(sin(p->half_inner), sin(p->half_outer));
+        const double rounding = 32.0 * DBL_EPSILON * R / chord;
         const double pitch = PI / p->buckles;
         const int k = (int)uniform(&seed, 0.0, p->buckles);
         const double outer = p->angle + 2.0 * pitch * k;
