@@ -103,7 +103,7 @@ JSTESTS := $(if $(T),$(filter tests/web/%,$(T)),$(wildcard tests/web/*.test.mjs)
 PYTESTS := $(if $(T),$(filter-out tests/unit/% tests/web/%,$(T)),tests)
 check: ## a minute of tests that need neither root nor other programs (T=FILE: all tests of a file)
 	$(foreach file,$(CHECKED),$(if $(wildcard $(file)),,$(error $(file): no such test)))
-	@tools/setup --local build test --python check study cluster export dem mesh
+	@tools/setup --local build test --python check study cluster export dem mesh contour
 	@$(MAKE) $(PARALLEL) $(CHECKED:%.c=$(BUILD)/%) $(BUILD)/tests/bench/bench_engine $(BUILD)/millsim millsim
 	@$(if $(T),,CK_EXCLUDE_TAGS=slow) $(MAKE) $(PARALLEL) --keep-going --output-sync=line $(if $(PYTESTS),check-python) \
 	    $(patsubst tests/unit/test_%.c,unit-%,$(CHECKED)) $(if $(JSTESTS),check-js)

@@ -109,7 +109,8 @@ def test_the_books_of_the_reference_mill_close(reference):
 def test_the_books_of_every_deck_close_to_rounding(deck, tmp_path):
     run = run_deck(deck, tmp_path, "-s", "run.time=60 ms", "-s", "run.sample_from=0 s", "-s", "run.precision=0")
     assert run["energy_balance_error"] < 1e-14  # of the energy turned over
-    assert run["largest_overlap"] < 2e-16
+    radius = 0.9 if deck == "sag.ini" else 0.15  # [m] at most: places are rounded to their size
+    assert run["largest_overlap"] < 1.4e-15 * radius
     assert run["overlaps"] == run["not_closing"] == run["smoothed"] == 0
 
 

@@ -80,7 +80,10 @@ def test_many_are_told_in_their_order(told):
         ("rotor.speed=1000", "[rotor] speed: expected an angular speed with its unit such as '1000 rpm', got '1000'"),
         ("rotor.sped=1 rpm", "[rotor] sped: unknown key; did you mean 'speed'?"),
         ("rotors.speed=1 rpm", "[rotors]: unknown section; did you mean [rotor]?"),
-        ("drum.profile=oval", "profile: expected 'circle', 'wavy', 'lifters', 'harmonics' or 'file', got 'oval'"),
+        (
+            "drum.profile=oval",
+            "[drum] profile: expected 'circle', 'wavy', 'lifters', 'harmonics' or 'file', got 'oval'",
+        ),
         ("balls.count=0", "[balls] count: must be between 1 and 50000000, got '0'"),
         ("speed", "expected SECTION.KEY=VALUE such as 'rotor.speed=1000 rpm'"),
     ],

@@ -178,9 +178,9 @@ def test_blades_shaft_and_balls_must_clear_the_buckles(refused, write_deck):
     assert "[blades]: leaves the container by" in corner
     bare = SMALL[: SMALL.index("[blades]")] + SMALL[SMALL.index("[contact]") :]
     shaft = complaint_of(refused, write_deck, wavy(3, "25 mm", bare))
-    assert "[rotor] shaft_radius: must be less than the drum's radius less the height of its" in shaft
+    assert "[rotor] shaft_radius: must be less than the drum's radius where its wall comes nearest" in shaft
     ball = complaint_of(refused, write_deck, wavy(3, "21 mm", bare))
-    assert "does not fit between the shaft and the drum, 0.004 m apart where its buckles" in ball
+    assert "does not fit between the shaft and the drum, 0.004 m apart where its wall comes" in ball
 
 
 def test_a_gap_below_a_ball_under_a_bulge_is_a_warning(millsim, write_deck):
