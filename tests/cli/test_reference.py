@@ -114,8 +114,8 @@ def test_the_books_of_every_deck_close_to_rounding(deck, tmp_path):
     assert run["overlaps"] == run["not_closing"] == run["smoothed"] == 0
 
 
-# bond.ini and mixture.ini take some ten seconds each
-COSTLY = {"bond.ini": pytest.mark.thorough, "mixture.ini": pytest.mark.thorough}
+# they take some ten seconds each
+COSTLY = dict.fromkeys(("bond.ini", "mixture.ini", "sag.ini"), pytest.mark.thorough)
 
 
 @pytest.mark.slow
