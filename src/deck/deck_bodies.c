@@ -374,7 +374,8 @@ static double beyond(const struct mill_body *drum, const struct mill_body *blade
     const struct mill_pose in = mill_pose_relative(&mill_pose_still, &own);
     struct mill_wall wall[MILL_WALLS];
     double most = 0.0;
-    const int walls = mill_round_cylinder_solid.walls(drum, wall);
+    const int walls =
+        (drum->corners > 0 ? &mill_contour_solid : &mill_prism_solid)->walls(drum, wall);
     const struct mill_part box = mill_part_of(&mill_box_solid, blade),
                            part = mill_part_move(&box, &in);
     for (int k = 0; k < walls; k++)

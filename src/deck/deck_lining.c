@@ -134,6 +134,11 @@ static bool check_form(const struct mill_deck *deck)
                                "%ld buckles on a radius of %g m must be lower than %.4g m, or "
                                "neighbouring ones run into each other; got %g m",
                                is->count, is->radius, highest, is->height);
+    if (is->form == MILL_LINING_LIFTERS && is->second != is->height && is->count % 2 != 0)
+        return mill_deck_wrong(text, "drum", "lifter_second_height",
+                               "needs an even number of lifters, got %ld: give another number, or "
+                               "leave it out",
+                               is->count);
     return mill_lining_most(is) <= MOST_CORNERS ||
            mill_deck_wrong(text, "drum", form_key[is->form],
                            "the line needs more than %d corners: give fewer waves", MOST_CORNERS);

@@ -1,11 +1,9 @@
-/* The contour: a closed curve of lines and circular arcs, extruded along its own z, met from inside
- * (a drum with lifters or buckles) or from outside. Here: its numbers, the pieces that balls meet,
- * a plan of squares that tells which pieces are near, and its triangles. contour_meet.c has the
- * contacts.
+/* The pieces of a contour that balls meet, and the plan of squares that tells which of them are
+ * near. contour_meet.c has the contacts.
  *
- * Long arcs are cut into parts. A corner that points towards the balls is a
- * piece of its own; then the places at which a ball's centre touches are a curve of lines and arcs
- * without corners that point inwards, and each belongs to the piece that it is beside. */
+ * Long arcs are cut into parts. A corner that points towards the balls is a piece of its own; then
+ * the places at which a ball's centre touches are a curve of lines and arcs without corners that
+ * point inwards, and each belongs to the piece that it is beside. */
 #include "geometry/contour.h"
 #include "base/elementary.h"
 #include "base/memory.h"
@@ -16,17 +14,16 @@
 
 /* Sine of the angle between neighbours that are tangent: their normals differ by rounding only */
 #define TANGENT 1e-12
-/* Bulge of an arc that curves away from the balls, of 90 degrees; and around them, of 168 degrees
- */
+/* Bulge of the longest arc that curves away from the balls, of 90 degrees, and around them, of 168
+ * degrees */
 #define MOST_BULGE (0.41421356237309515 * (1.0 + 1e-12))
 #define MOST_HOLLOW 0.9
 #define MOST_PARTS 4 /* of one side */
 #define FLAT 1e-9    /* bend times length: its farthest point is an end */
 #define SQRT2 1.4142135623730951
 #define FINEST 1e-12 /* relative to the size: more than rounding of a place */
-#define NEAR                                                                                       \
-    8.0 /* half diagonals of a square: the pieces listed are farther from it by no more            \
-         */
+/* Half diagonals of a square: the pieces listed are farther from it by no more */
+#define NEAR 8.0
 
 /* ---- pieces ---- */
 
@@ -42,7 +39,7 @@ static void set_line(double line[3], double x, double y, const double at[2])
     line[2] = x * at[0] + y * at[1];
 }
 
-/* A line, or an arc of at most 90 degrees */
+/* A line, or an arc of at most half a turn */
 static void add_side(struct making *m, const struct mill_corner *a, const struct mill_corner *b,
                      double bulge)
 {

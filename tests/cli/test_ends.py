@@ -235,6 +235,11 @@ def test_a_mill_that_cannot_repeat_is_refused_in_one_line(change, millsim, write
     assert sorted(tmp_path.iterdir()) == before
 
 
+def test_a_blade_may_reach_through_both_periodic_ends(millsim, write_deck):
+    write_deck(MILL)
+    assert millsim("--check", "deck.ini", "-s", "blades.width=40 mm").returncode == 0
+
+
 def test_a_start_file_with_a_ball_beyond_an_end_is_refused(millsim, write_deck, tmp_path):
     write(tmp_path / "start.txt", [[0, 0, 0.016, 0, 0, 0], [0.0121, 0, -0.016, 0, 0, 0]])
     write_deck(SLICE.format(time=0.01, big=1, small=1, length=LENGTH, blades=1))

@@ -190,3 +190,14 @@ def test_a_gap_below_a_ball_under_a_bulge_is_a_warning(millsim, write_deck):
     assert "[blades]: comes as near as 3.9 mm to [drum] at t = 0 s, no more than a ball's diameter" in done.stderr
     write_deck(wavy(4, "6 mm"))
     assert millsim("--check", "-q", "deck.ini").stderr == ""
+
+
+LIFTERS = "-s", "drum.profile=lifters", "-s", "drum.lifter_height=3 mm", "-s", "drum.lifter_width=3 mm"
+
+
+@pytest.mark.parametrize("lifters, good", [(6, True), (7, False)])
+def test_two_heights_of_lifters_by_turns_need_an_even_number(millsim, small_deck, lifters, good):
+    turns = f"drum.lifters={lifters}", "-s", "drum.lifter_second_height=2 mm"
+    done = millsim("--check", "deck.ini", *LIFTERS, "-s", *turns)
+    assert done.returncode == (0 if good else 2)
+    assert good or "[drum] lifter_second_height: needs an even number of lifters, got 7" in done.stderr
