@@ -46,8 +46,8 @@ bool mill_deck_lining_read(struct mill_deck *deck, const char *section, const ch
                                   .section = section,
                                   .key = "file",
                                   .path = *file,
-                                  .form = "2 or 3 numbers 'x y bulge' in SI units",
-                                  .columns = 1u << 2 | 1u << 3,
+                                  .form = "3 numbers 'x y bulge' in SI units",
+                                  .columns = 1u << 3,
                                   .most = MOST_CORNERS};
     const bool good = mill_deck_files_read(&rows);
     is->corners = rows.row.count;

@@ -11,7 +11,8 @@ from matplotlib.path import Path
 
 from milltools.base.errors import UserError
 from milltools.contour.drawing import read
-from milltools.geometry.contour import Contour, along, fitted, worn
+from milltools.geometry.contour import Contour
+from milltools.geometry.worn import along, fitted, offset, simplified, worn
 
 ROUND = math.tan(math.pi / 8)  # the bulge of a quarter of a circle
 CIRCLE = [(1.0, 0.0, 1.0), (-1.0, 0.0, 1.0)]
@@ -103,7 +104,7 @@ def test_a_developed_length_leads_to_its_place(shape):
 @shapes
 @pytest.mark.parametrize("depth", [0.01, 0.03, -0.01, -0.04])
 def test_an_offset_is_everywhere_at_its_distance_and_never_crosses_itself(shape, depth):
-    moved = shape.offset(depth)[0]
+    moved = offset(shape, depth)[0]
     assert shape.gap(moved.points(*shares(moved))) == pytest.approx(-depth, abs=1e-12)
     assert not len(moved.crossings())
 
@@ -120,7 +121,7 @@ def test_offsets_and_wear_of_random_curves_are_exact_and_never_cross_themselves(
             continue
         tried += 1
         for depth in rng.uniform(-0.4, 0.4, 3):
-            for moved in shape.offset(depth):
+            for moved in offset(shape, depth):
                 assert shape.gap(moved.points(*shares(moved))) == pytest.approx(-depth, abs=1e-9)
                 assert not len(moved.crossings())
         s, depth = np.sort(rng.uniform(0, shape.length, 40)), rng.uniform(0, 0.05, 40)
@@ -131,17 +132,17 @@ def test_offsets_and_wear_of_random_curves_are_exact_and_never_cross_themselves(
 
 def test_offsets_have_the_areas_of_the_textbook():
     square = Contour(SQUARE)
-    assert square.offset(0.1)[0].area == pytest.approx(1.4 + math.pi * 0.01, rel=1e-14)
-    assert square.offset(-0.1)[0].area == pytest.approx(0.64, rel=1e-14)
-    assert square.offset(-0.6) == []
-    assert Contour(CIRCLE).offset(0.1)[0].area == pytest.approx(math.pi * 1.21, rel=1e-14)
+    assert offset(square, 0.1)[0].area == pytest.approx(1.4 + math.pi * 0.01, rel=1e-14)
+    assert offset(square, -0.1)[0].area == pytest.approx(0.64, rel=1e-14)
+    assert offset(square, -0.6) == []
+    assert offset(Contour(CIRCLE), 0.1)[0].area == pytest.approx(math.pi * 1.21, rel=1e-14)
 
 
 def test_an_inner_offset_of_two_rooms_with_a_narrow_door_is_two_curves():
     rooms = Contour([(0, 0, 0), (2, 0, 0), (2, 0.45, 0), (3, 0.45, 0), (3, 0, 0), (4, 0, 0), (4, 1, 0), (3, 1, 0),
                      (3, 0.55, 0), (2, 0.55, 0), (2, 1, 0), (0, 1, 0)])  # fmt: skip
-    assert [one.area for one in rooms.offset(-0.1)] == pytest.approx([1.8 * 0.8, 0.8 * 0.8], rel=1e-3)
-    assert len(rooms.offset(-0.04)) == 1
+    assert [one.area for one in offset(rooms, -0.1)] == pytest.approx([1.8 * 0.8, 0.8 * 0.8], rel=1e-3)
+    assert len(offset(rooms, -0.04)) == 1
 
 
 @pytest.mark.parametrize(
@@ -194,7 +195,7 @@ def test_a_fine_polygon_becomes_few_arcs_of_the_same_area_within_the_tolerance()
     shape = Contour(MIXED)
     polygon = shape.flattened(1e-7)
     fine = Contour(np.column_stack([polygon, np.zeros(len(polygon))]))
-    few = fine.fitted(1e-5)
+    few = simplified(fine, 1e-5)
     assert len(few.vertices) < 20 < len(fine.vertices) / 20
     assert few.area == pytest.approx(fine.area, rel=1e-12)
     assert np.abs(shape.gap(few.points(*shares(few)))).max() < 1.1e-5
@@ -545,6 +546,15 @@ def test_blocks_that_unfold_without_limit_are_refused(drawing, tmp_path, monkeyp
 def test_other_files_are_refused(tmp_path, refused, content, said):
     (tmp_path / "a.dxf").write_bytes(content)
     assert refused().startswith(said)
+
+
+def test_a_contour_of_more_vertices_than_millsim_reads_is_not_written(drawing, refused):
+    _, space, save = drawing()
+    space.add_lwpolyline(scaled(lifters(n=1001, width=1e-3).vertices), format="xyb", close=True)
+    save()
+    assert refused() == (
+        "a.dxf: the contour has 4004 vertices, and millsim reads at most 4000: give a larger --tolerance"
+    )
 
 
 def test_an_existing_file_is_kept_unless_forced(drawing, mill, tmp_path):

@@ -18,6 +18,7 @@ SUMMARY = (
     "drawing or of a contour file."
 )
 UNITS = ("um", "mm", "cm", "m", "in", "ft")
+READ = 4000  # vertices of a contour that millsim reads
 PICTURES = (".svg", ".png", ".pdf")
 TOLD = 5  # other loops that are named
 
@@ -61,6 +62,11 @@ def run(arguments) -> Answer:
         lines.append(_fit(ball, places, at))
         narrowest = {"place": places[0, :2], "diameter": 2 * places[0, 2]} if len(places) else None
         facts |= {"ball": ball, "narrow_places": len(places), "narrowest": narrowest}
+    if arguments.output and len(shape.vertices) > READ:
+        raise UserError(
+            f"{plain(source)}: the contour has {len(shape.vertices)} vertices, and millsim reads at most {READ}: "
+            "give a larger --tolerance"
+        )
     if arguments.output:
         unit = facts["unit"]
         made = f"made by mill contour from {pathlib.Path(source).name}, unit {unit}; anticlockwise, the axis at 0 0"

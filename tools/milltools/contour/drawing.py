@@ -16,7 +16,8 @@ import numpy as np
 from milltools.base.errors import UserError
 from milltools.base.files import opened
 from milltools.base.text import number, plain
-from milltools.geometry.contour import LARGEST, TINY, Contour, fitted, signed_area
+from milltools.geometry.contour import LARGEST, TINY, Contour, signed_area
+from milltools.geometry.worn import fitted
 
 # unit: (numerator, denominator) of its length [m]: x * 1 / 1000 is the nearest number, x * 0.001 is not always
 UNITS = {"um": (1, 1_000_000), "mm": (1, 1000), "cm": (1, 100), "m": (1, 1), "in": (254, 10_000), "ft": (3048, 10_000)}

@@ -9,7 +9,8 @@ import numpy as np
 from milltools.base.errors import UserError
 from milltools.base.text import number
 from milltools.geometry import contour
-from milltools.geometry.contour import Contour, along, worn
+from milltools.geometry.contour import Contour
+from milltools.geometry.worn import along, worn
 from milltools.read import motions
 from milltools.read.runfile import Run
 from milltools.read.wear import Wear

@@ -1,4 +1,4 @@
-"""A closed curve of lines and circular arcs, the inner face of a liner: its area, distances, offsets, how it wears.
+"""A closed curve of lines and circular arcs, the inner face of a liner: its area, distances, where balls fit.
 
 A contour is an array (n, 3) of rows x, y [m], bulge, one vertex a row, anticlockwise: the balls are on the left, the
 solid is on the right. Piece i goes from vertex i to the next one, the last piece to the first vertex. As in DXF, the
@@ -18,23 +18,19 @@ from milltools.base.files import opened
 from milltools.base.text import plain
 
 TINY = 1e-9  # of the size of a contour: what is closer than this meets
-SHORT = 1e-7  # of the size: shorter pieces of a worn contour are left out
 MOST_PIECES = 50_000
 LARGEST, BULGE = 1e12, 1e3  # a coordinate; a bulge
 CELLS = 24  # across a contour, for points that are computed together
 AT_ONCE = 2_000_000  # pairs that are computed together
-CORNER = math.radians(15)  # pieces that turn by more do not become one arc
-SLOT, WALLS = (
-    -0.95,
-    -0.3,
-)  # cosines of the angle between the normals of its sides: of a slot, of walls with a ground between
+# cosines of the angle between the normals of two sides: of a slot, of walls with a ground between
+SLOT, WALLS = -0.95, -0.3
 
 
-def _cross(a, b):
+def cross(a, b):
     return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
 
 
-def _left(a):
+def left(a):
     return np.stack([-a[..., 1], a[..., 0]], axis=-1)
 
 
@@ -43,7 +39,7 @@ def _turned(a, angle):
                      np.sin(angle) * a[..., 0] + np.cos(angle) * a[..., 1]], axis=-1)  # fmt: skip
 
 
-def _bow(bulge):
+def bow(bulge):
     """Area between arcs and their chords, above 0 for anticlockwise ones, for chords of length 1."""
     b = np.asarray(bulge, float)
     with np.errstate(all="ignore"):
@@ -85,7 +81,7 @@ class Contour:
             self.radius = np.where(self.is_arc, self.width * (1 + bulge**2) / (4 * np.abs(bulge)), np.inf)
             self.unit = self.chord / self.width[:, None]
             away = np.where(self.is_arc, self.width * (1 - bulge**2) / (4 * bulge), 0)
-        self.centre = (self.start + self.end) / 2 + _left(self.unit) * away[:, None]
+        self.centre = (self.start + self.end) / 2 + left(self.unit) * away[:, None]
 
     @functools.cached_property
     def area(self) -> float:
@@ -142,7 +138,7 @@ class Contour:
 
     def _beside(self, i, points, slack=0.0):
         """Whether points are on that side of the chords of pieces i where the arcs are."""
-        return np.sign(self.vertices[i, 2]) * _cross(self.unit[i], points - self.start[i]) <= slack
+        return np.sign(self.vertices[i, 2]) * cross(self.unit[i], points - self.start[i]) <= slack
 
     # ---- along the contour
 
@@ -155,7 +151,7 @@ class Contour:
 
     def normals(self, piece, share):
         """Unit normals (..., 2) towards the balls, of pieces at shares of their lengths."""
-        return _left(_turned(self.unit[piece], (np.asarray(share, float) - 0.5) * self.sweep[piece]))
+        return left(_turned(self.unit[piece], (np.asarray(share, float) - 0.5) * self.sweep[piece]))
 
     def at(self, s):
         """(piece, share of it) at developed lengths s [m] from the first vertex on; s is taken modulo the length."""
@@ -184,7 +180,7 @@ class Contour:
         low, high = p.min(axis=0) - TINY * self.size, p.max(axis=0) + TINY * self.size
         k = np.flatnonzero((self._low[:, 1] <= high[1]) & (self._high[:, 1] >= low[1]) & (self._high[:, 0] >= low[0]))
         q, e, chord = p[:, None] - self.start[k], p[:, None] - self.end[k], self.chord[k]
-        left = _cross(chord, q)
+        left = cross(chord, q)
         # a point on a chord counts as if it were a little above, and less to the right
         level = np.where(chord[:, 0] != 0, chord[:, 0], -chord[:, 1])
         left = np.where(left == 0, level, left)
@@ -277,8 +273,8 @@ class Contour:
             if k == 0:
                 both = arcs == 0
                 a, b = i[both], j[both]
-                down = _cross(self.unit[a], self.unit[b])
-                t = _cross(self.start[b] - self.start[a], self.unit[b]) / np.where(np.abs(down) > 1e-12, down, np.nan)
+                down = cross(self.unit[a], self.unit[b])
+                t = cross(self.start[b] - self.start[a], self.unit[b]) / np.where(np.abs(down) > 1e-12, down, np.nan)
                 p[both] = self.start[a] + t[:, None] * self.unit[a]
             one = arcs == 1
             a = np.where(self.is_arc[i], j, i)[one]  # the line
@@ -294,8 +290,8 @@ class Contour:
             line = line / apart[:, None]
             along = (apart + (self.radius[a] - self.radius[b]) * (self.radius[a] + self.radius[b]) / apart) / 2
             foot = self.centre[a] + line * along[:, None]
-            p[two] = foot + (1, -1)[k] * self._half(a, along)[:, None] * _left(line)
-            p[two] = self._reflected(a, b, p[two], foot, _left(line))
+            p[two] = foot + (1, -1)[k] * self._half(a, along)[:, None] * left(line)
+            p[two] = self._reflected(a, b, p[two], foot, left(line))
         return p
 
     def _half(self, arc, away):
@@ -316,8 +312,8 @@ class Contour:
         eps = TINY * self.size
         lines = ~self.is_arc[i] & ~self.is_arc[j]
         with np.errstate(all="ignore"):
-            same = lines & (np.abs(_cross(self.unit[i], self.unit[j])) < 1e-9)
-            same &= np.abs(_cross(self.unit[i], self.start[j] - self.start[i])) < eps
+            same = lines & (np.abs(cross(self.unit[i], self.unit[j])) < 1e-9)
+            same &= np.abs(cross(self.unit[i], self.start[j] - self.start[i])) < eps
             circles = self.is_arc[i] & self.is_arc[j] & (np.hypot(*(self.centre[i] - self.centre[j]).T) < eps)
             circles &= np.abs(self.radius[i] - self.radius[j]) < eps
         found = np.full((len(i), 2), np.nan)
@@ -334,7 +330,7 @@ class Contour:
         """The share of the length of pieces at which points on their lines or circles are; outside of 0..1 for points
         that are not on the piece."""
         d, a = p - self.start[piece], self.sweep[piece]
-        along, across = (d * self.unit[piece]).sum(axis=-1), _cross(self.unit[piece], d)
+        along, across = (d * self.unit[piece]).sum(axis=-1), cross(self.unit[piece], d)
         with np.errstate(all="ignore"):
             wide = 1 + 2 * np.arctan2(across, along) / a
             half = np.arcsin(np.clip(np.hypot(along, across) * np.sin(np.abs(a) / 2) / self.width[piece], -1, 1))
@@ -376,7 +372,7 @@ class Contour:
         near = ((self._low[pieces] <= c[:, None] + grown) & (self._high[pieces] >= c[:, None] - grown)).all(axis=-1)
         at, q = np.nonzero(near & (pieces != piece[:, None]))
         q = pieces[q]
-        o, m, u = p[at], n[at], _left(self.unit[q])
+        o, m, u = p[at], n[at], left(self.unit[q])
         with np.errstate(all="ignore"):
             ball = ((o - self.start[q]) * u).sum(axis=1) / (1 - (u * m).sum(axis=1))
             foot = o + ball[:, None] * (m - u)
@@ -435,57 +431,13 @@ class Contour:
         with np.errstate(all="ignore"):
             away = way * (centre - self.centre[piece])
             round_ = -away / np.hypot(*away.T)[:, None]
-        return np.where(self.is_arc[piece][:, None], np.nan_to_num(round_), _left(self.unit[piece]))
+        return np.where(self.is_arc[piece][:, None], np.nan_to_num(round_), left(self.unit[piece]))
 
     # ---- other contours
 
     def moved(self, by) -> "Contour":
         """The contour moved by a vector [m]."""
         return Contour(self.vertices + [*by, 0.0])
-
-    def offset(self, depth) -> list["Contour"]:
-        """The contours that are left, largest first, if each point moves by `depth` [m] into the solid, or for negative
-        values towards the balls; an array (n,) has a depth at each vertex, and between them it varies linearly.
-
-        The raw curve follows the moved pieces. Where these come apart, an arc around the vertex joins them, and
-        where they overlap, the way leads through the vertex. So its winding number counts how often a place is
-        covered by the inside and by the strips that the pieces sweep, and the result is the boundary of what is covered
-        (of what is left, for negative depths). An arc does not move beyond its centre."""
-        raw = self._raw(np.broadcast_to(np.asarray(depth, float), len(self.vertices)))
-        return [] if len(raw) < 2 else _boundary(raw)
-
-    def _raw(self, depth):
-        n, every = len(self.vertices), np.arange(len(self.vertices))
-        first, last = self.normals(every, 0.0), self.normals(every, 1.0)
-        limit = [np.where(self.is_arc & (self.vertices[:, 2] * d < 0), np.minimum(np.abs(d), self.radius), np.abs(d))
-                 * np.sign(d) for d in (depth, np.roll(depth, -1))]  # fmt: skip
-        begin, end = self.start - limit[0][:, None] * first, self.end - limit[1][:, None] * last
-        before = np.roll(last, 1, axis=0)
-        far_end, far_begin = self.start - depth[:, None] * before, self.start - depth[:, None] * first
-        turn = np.arctan2(_cross(before, first), (before * first).sum(axis=1))
-        clipped = np.abs(limit[0]) + np.abs(limit[1]) < np.abs(depth) + np.abs(np.roll(depth, -1))
-        bulge = np.where(clipped, 0.0, self.vertices[:, 2])
-        rows = []
-        for i in range(n):
-            if turn[i] * np.sign(depth[i]) > 1e-9:
-                rows += [(*end[i - 1], 0.0), (*far_end[i], math.tan(turn[i] / 4)), (*far_begin[i], 0.0)]
-            elif abs(turn[i]) > 1e-9:
-                rows += [(*end[i - 1], 0.0), (*self.start[i], 0.0)]
-            else:
-                rows.append((*end[i - 1], 0.0))
-            rows.append((*begin[i], bulge[i]))
-        rows = np.array(rows)
-        step = np.hypot(*(np.roll(rows[:, :2], -1, axis=0) - rows[:, :2]).T)
-        return rows[step > 1e-13 * self.size]
-
-    def fitted(self, tolerance) -> "Contour":
-        """Fewer lines and arcs, at most `tolerance` [m] away, that enclose the same area; corners stay."""
-        every = np.arange(len(self.vertices))
-        first, before = self.normals(every, 0.0), np.roll(self.normals(every, 1.0), 1, axis=0)
-        turn = np.abs(np.arctan2(_cross(before, first), (before * first).sum(axis=1)))
-        begin = int(turn.argmax())
-        rows = np.roll(self.vertices, -begin, axis=0)
-        return Contour(fitted(np.concatenate([rows, rows[:1]]), tolerance)[:-1])
 
     # ---- files
 
@@ -538,235 +490,10 @@ def signed_area(rows) -> float:
     """The area [m^2] that rows (n, 3) enclose, below 0 for clockwise ones."""
     p = rows[:, :2] - rows[:, :2].mean(axis=0)
     q = np.roll(p, -1, axis=0)
-    return float((_cross(p, q) / 2 + ((q - p) ** 2).sum(axis=1) * _bow(rows[:, 2])).sum())
+    return float((cross(p, q) / 2 + ((q - p) ** 2).sum(axis=1) * bow(rows[:, 2])).sum())
 
 
 def _divided(contour, counts):
     piece = np.repeat(np.arange(len(counts)), counts)
     share = (np.arange(len(piece)) - np.repeat(np.cumsum(counts) - counts, counts)) / counts[piece]
     return np.column_stack([contour.points(piece, share), np.tan(contour.sweep[piece] / counts[piece] / 4)])
-
-
-class _Curve(Contour):
-    """A closed curve that may cross itself, in either direction."""
-
-    def __init__(self, rows):
-        self.vertices = np.asarray(rows, float)
-        self._measure(self.vertices)
-
-
-def _boundary(raw) -> list[Contour]:
-    """The contours around the places about which a closed curve (N, 3) winds once or more, largest first; rooms of the
-    solid within them are left out."""
-    curve = _Curve(raw)
-    pieces, shares, points = curve._meetings()
-    if not len(pieces):
-        return [Contour(raw)] if signed_area(curve.vertices) > 0 else []
-    runs = _runs(curve, pieces, shares, points)
-    middles, normals, steps = (np.array(x) for x in zip(*(_middle(curve, run) for _, _, run in runs)))
-    left = curve.winding(middles + steps[:, None] * normals)
-    right = curve.winding(middles - steps[:, None] * normals)
-    kept: dict[int, list] = {}
-    for (begin, end, run), a, b in zip(runs, left, right):
-        if a >= 1 and b <= 0:
-            kept.setdefault(begin, []).append((end, run))
-    found = []
-    while kept:
-        begin = at = next(iter(kept))
-        rows: list = []
-        while at in kept:
-            end, run = kept[at].pop()
-            if not kept[at]:
-                del kept[at]
-            rows += run
-            at = end
-            if at == begin:
-                break
-        loop = _joined(curve, rows) if at == begin else []
-        if len(loop) > 1 and signed_area(loop) > (TINY * curve.size) ** 2:
-            found.append(Contour(loop))
-    return sorted(found, key=lambda one: -one.area)
-
-
-def _runs(curve, pieces, shares, points):
-    """[(node, node, [(piece, from share, to share)])]: the curve, cut where it meets itself. Nodes are numbers."""
-    n = len(curve.vertices)
-    cuts: list[list] = [[] for _ in range(n)]
-    same = list(range(n + len(points)))
-
-    def root(k):
-        while same[k] != k:
-            k = same[k]
-        return k
-
-    crossed = set()
-    for k, (pair, share) in enumerate(zip(pieces.tolist(), shares.tolist())):
-        for i, t in zip(pair, share):
-            slack = 2 * TINY * curve.size / curve.lengths[i]
-            if slack < t < 1 - slack:
-                cuts[i].append((t, n + k))
-            else:
-                same[root(n + k)] = root((i + (t > 0.5)) % n)
-        crossed.add(n + k)
-    crossed = {root(k) for k in crossed}
-    steps = []  # (piece, from, to, node at the end)
-    for i in range(n):
-        at = 0.0
-        for t, node in sorted(cuts[i]):
-            if t > at:
-                steps.append((i, at, t, root(node)))
-                at = t
-        steps.append((i, at, 1.0, root((i + 1) % n)))
-    ends = [k for k, step in enumerate(steps) if step[3] in crossed]
-    steps = steps[ends[-1] + 1 :] + steps[: ends[-1] + 1]
-    runs, run, begin = [], [], steps[-1][3]
-    for i, a, b, node in steps:
-        run.append((i, a, b))
-        if node in crossed:
-            runs.append((begin, node, run))
-            run, begin = [], node
-    return runs
-
-
-def _middle(curve, run):
-    """(point, normal to the left, a small step) in the middle of the longest piece of a run."""
-    i, a, b = max(run, key=lambda step: (step[2] - step[1]) * curve.lengths[step[0]])
-    t = (a + b) / 2
-    return curve.points(i, t), curve.normals(i, t), 1e-4 * (b - a) * curve.lengths[i]
-
-
-def _joined(curve, run):
-    piece, a, b = (np.array(x) for x in zip(*run))
-    rows = np.column_stack([curve.points(piece, a), np.tan(curve.sweep[piece] * (b - a) / 4)])
-    step = np.hypot(*(np.roll(rows[:, :2], -1, axis=0) - rows[:, :2]).T)
-    return rows[step > TINY * curve.size / 10]
-
-
-def fitted(rows, tolerance) -> np.ndarray:
-    """Rows (m, 3) of fewer lines and arcs along an open path (n, 3) of them, between the same ends, at most `tolerance`
-    [m] away, with the same area below them; the last bulge has no meaning."""
-    rows = np.asarray(rows, float)
-    p, closing = rows[:, :2] - rows[0, :2], np.diff(rows[:, :2], axis=0)
-    swept = np.concatenate([[0], np.cumsum(_cross(p[:-1], p[1:]) / 2 + (closing**2).sum(1) * _bow(rows[:-1, 2]))])
-    half = 2 * np.arctan(rows[:-1, 2])
-    way = np.arctan2(closing[:, 1], closing[:, 0])
-    turn = (way[1:] - half[1:] - way[:-1] - half[:-1] + np.pi) % (2 * np.pi) - np.pi
-    corner = np.append(np.abs(turn) > CORNER, True)  # at the end of each piece
-    middle = (p[:-1] + p[1:]) / 2 - _left(closing) * rows[:-1, 2:] / 2
-    kept, i, last = [], 0, len(rows) - 1
-
-    def arc(i, j):
-        """The bulge of one arc from vertex i to j, None if it is too far away."""
-        if j == i + 1:
-            return rows[i, 2]
-        chord = p[j] - p[i]
-        width = math.hypot(*chord)
-        if not width > 0:
-            return None
-        bulge = _bulge_of((swept[j] - swept[i] + _cross(p[j], p[i]) / 2) / width**2)
-        if bulge is None:
-            return None
-        unit, some = chord / width, np.concatenate([p[i + 1 : j], middle[i:j]])
-        x, y = (some - p[i]) @ unit - width / 2, (some - p[i]) @ _left(unit)
-        # the arc as height below its chord: -y = f(x); without the centre, so that straight ones are no special case
-        k = 4 * bulge / (width * (1 + bulge * bulge))  # curvature
-        sag = bulge * width / 2
-        root = 1 - (k * x) ** 2
-        if (root < 0.04).any() or (np.abs(x) > width / 2 * (1 + 1e-9)).any():
-            return None
-        fall = sag - k * x * x / (1 + np.sqrt(root))
-        return bulge if (np.abs(y + fall) * np.sqrt(root) <= tolerance).all() else None
-
-    while i < last:
-        end = i + int(np.argmax(corner[i:])) + 1  # the next corner
-        step, j, bulge = 1, i + 1, rows[i, 2]
-        while step and j < end:
-            to = min(j + step, end)
-            fits = arc(i, to)
-            if fits is not None:
-                j, bulge, step = to, fits, step * 2
-            else:
-                step = min(step, to - j) // 2
-        kept.append((*rows[i, :2], bulge))
-        i = j
-    return np.array([*kept, rows[-1]])
-
-
-def _bulge_of(area):
-    """The bulge of an arc with this area between it and its chord of length 1; None above 0.6."""
-    b = 3 * area
-    for _ in range(30):
-        if abs(b) > 0.7:
-            return None
-        slope = (_bow(b + 1e-4) - _bow(b - 1e-4)) / 2e-4
-        step = (float(_bow(b)) - area) / float(slope)
-        b -= step
-        if abs(step) < 1e-15:
-            break
-    return float(b) if abs(b) <= 0.6 else None
-
-
-# ---- wear
-
-
-def along(contour: Contour, s, depth):
-    """(area, mean) of depths [m] at developed lengths s [m] (increasing, within one turn), linear between them and
-    periodic: their integral [m^2], and a function mean(x, width) that gives the mean over `width` [m] around x."""
-    s, depth, length = np.asarray(s, float).ravel(), np.asarray(depth, float).ravel(), contour.length
-    if s.shape != depth.shape or not len(s) or not np.isfinite(s).all() or not np.isfinite(depth).all():
-        raise ValueError("expected as many finite depths as places")
-    if not 0 <= s[0] <= s[-1] < length * (1 + 1e-12) or (np.diff(s) <= 0).any() or s[-1] - s[0] >= length:
-        raise ValueError(f"places along the contour: expected increasing ones from 0 to {length} m")
-    x, y = np.append(s, s[0] + length), np.append(depth, depth[0])
-    total = np.concatenate([[0], np.cumsum(np.diff(x) * (y[1:] + y[:-1]) / 2)])
-
-    def integral(at):
-        turns, rest = np.divmod(at - x[0], length)
-        rest = rest + x[0]
-        k = np.clip(np.searchsorted(x, rest, side="right") - 1, 0, len(x) - 2)
-        d = rest - x[k]
-        return turns * total[-1] + total[k] + d * (y[k] + d * (y[k + 1] - y[k]) / (x[k + 1] - x[k]) / 2)
-
-    def mean(at, width):
-        if width == 0:
-            return np.interp((at - x[0]) % length + x[0], x, y)
-        return (integral(at + width / 2) - integral(at - width / 2)) / width
-
-    return float(total[-1]), mean
-
-
-def worn(contour: Contour, s, depth, smooth=0.0, tolerance=None) -> Contour:
-    """The contour after wear: `depth` [m] (not below 0) at developed lengths s [m] (increasing, within one turn), into
-    the solid; linear between them. Depths are averaged over a length `smooth` [m] along the contour, which keeps their
-    sum. The result has lines and arcs within `tolerance` [m] (default: a hundredth of the mean depth) of the worn
-    shape, and its area is larger by exactly the integral of depth over length: the depths are multiplied by a common
-    factor, because at the edges of a lifter two faces lose the same material. Material that comes loose is gone.
-    ValueError if nothing of that shape is left."""
-    if np.min(depth) < 0 or not 0 <= smooth < contour.length:
-        raise ValueError("expected depths of 0 or more, and a smoothing length below the length of the contour")
-    area, mean = along(contour, s, depth)
-    if area == 0:
-        return contour
-    step = smooth / 4 if smooth else contour.length / max(400, 2 * len(np.atleast_1d(s)))
-    fine = contour.divided(max(step, contour.length / 8000))
-    at = np.concatenate([[0], np.cumsum(fine.lengths)[:-1]])
-    depths = mean(at, smooth)
-    factor, tried = 1.0, []
-    for _ in range(12):
-        left = fine.offset(factor * depths)
-        if not left:
-            raise ValueError("the depths are larger than the contour")
-        new = left[0]
-        tried.append((factor, (new.area - contour.area) / area - 1))
-        if abs(tried[-1][1]) < 1e-7:
-            break
-        (f, e), (g, d) = tried[-1], tried[-2] if len(tried) > 1 else (0.0, -1.0)
-        factor = f - e * (f - g) / (e - d) if e != d else f / (1 + e)
-        if not 0 < factor < 10:
-            factor = f / (1 + e)
-    if not abs(tried[-1][1]) < 1e-3:
-        raise ValueError("no contour has lost this area: smaller depths, or a larger smoothing length")
-    new = new.fitted(area / contour.length / 100 if tolerance is None else tolerance)
-    new = Contour(new.vertices[new.width > SHORT * new.size])
-    # what is left is some 1e-9 of the size
-    return Contour(new.vertices * [*[math.sqrt((contour.area + area) / new.area)] * 2, 1.0])
