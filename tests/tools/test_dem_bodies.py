@@ -305,7 +305,7 @@ def test_a_curved_part_of_a_contour_is_refused(write_deck, the_program, tmp_path
     with pytest.raises(UserError, match="arcs that are not on one circle: .*; set 'lifter_rounding = 0 mm'"):
         Setup(lifted(write_deck, "drum.lifter_rounding=1 mm"))
     angle = 2 * np.pi * np.arange(48) / 48
-    (tmp_path / "tube.txt").write_text("".join(f"{0.05 * np.cos(a):.17g} {0.05 * np.sin(a):.17g}\n" for a in angle))
+    (tmp_path / "tube.txt").write_text("".join(f"{0.05 * np.cos(a):.17g} {0.05 * np.sin(a):.17g} 0\n" for a in angle))
     text = LIFTED[: LIFTED.index("profile")] + "profile = file\nfile = tube.txt\n"
     with pytest.raises(UserError, match="its lines make a curved wall, on which LIGGGHTS adds up"):
         Setup(Deck.check(write_deck(HEAD + text)))
