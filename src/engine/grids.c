@@ -304,6 +304,8 @@ static int32_t count_below(const struct mill_grids_look *look, int32_t layers)
     const struct mill_cells *c = look->cells;
     const int64_t layer = (int64_t)c->n[1] * c->n[2] * c->row, end = layers * layer - layer / 2;
     int32_t low = 0, high = look->count;
+    if (high == 0 || look->offset[0] >= end || look->offset[high - 1] < end)
+        return high == 0 || look->offset[0] >= end ? 0 : high; /* mostly */
     while (low < high) {
         const int32_t middle = low + (high - low) / 2;
         if (look->offset[middle] < end)

@@ -24,6 +24,10 @@ enum { LANES2 = 2, LANES4 = 4 };
 #endif
 #define LOAD(v, from) memcpy(&(v), (from), sizeof(v))
 #define STORE(to, v) memcpy((to), &(v), sizeof(v))
+/* Of the last words of records */
+#define SPECIES_OF(flags, rest)                                                                    \
+    (((flags)(rest) >> (__BYTE_ORDER__ == __ORDER_BIG_ENDIAN__ ? 16 : 32)) & 0xffff)
+_Static_assert(offsetof(struct mill_ball, species) == 8 * RECORD - 4, "SPECIES_OF reads it");
 
 /* ---- two at a time: for every processor with vectors ---- */
 
@@ -40,6 +44,7 @@ typedef int64_t flags2 __attribute__((vector_size(16)));
         b = PICK(flags2, p, q, 1, 3);                                                              \
     } while (0)
 #define SPLAT2(x) ((lanes2){x, x})
+#define RADII2(radius, species) ((lanes2){(radius)[(species)[0]], (radius)[(species)[1]]})
 #define TRANSPOSE2()                                                                               \
     do {                                                                                           \
         COLUMNS2(0, x, y);                                                                         \
@@ -123,6 +128,7 @@ typedef int64_t flags4 __attribute__((vector_size(32)));
         d = PICK(flags4, pq1, rs1, 2, 3, 6, 7);                                                    \
     } while (0)
 #define SPLAT4(x) ((lanes4){x, x, x, x})
+#define RADII4(radius, species) (lanes4) _mm256_i64gather_pd(radius, (__m256i)(species), 8)
 #define TRANSPOSE4()                                                                               \
     do {                                                                                           \
         COLUMNS4(0, x, y, z, vx);                                                                  \

@@ -1,7 +1,7 @@
 /* The pair search for one width of vectors. pairs.c includes this file once for each and defines
  * OF(name), which adds the width to a name: LANES, the number of lanes; lanes and flags, vectors of
- * doubles and of 64-bit words; TARGET, the instructions that the compiler may use; SPLAT, TRANSPOSE
- * and keep. There is no include guard. */
+ * doubles and of 64-bit words; TARGET, the instructions that the compiler may use; SPLAT,
+ * TRANSPOSE, RADII and keep. There is no include guard. */
 
 /* Examines the candidates from k to n - 1, of one look, and returns the number of survivors so far.
  * plain: all balls are equal, and gravity has no part along x and y. Leaving out what is 0 saves
@@ -31,11 +31,9 @@ INLINE int64_t OF(examine)(const struct mill_pairs *pairs, const struct mill_pai
     for (; k < n; k += OF(LANES)) {
         OF(lanes) x, y, z, vx, vy, vz, t, rest;
         OF(TRANSPOSE)();
-        (void)rest;
         if (mixture) {
-            for (int32_t m = 0; m < OF(LANES); m++)
-                square_sum[m] = mine + radius[pairs->ball[near[k + m] / RECORD].species];
-            square_sum *= square_sum;
+            const OF(lanes) sum = mine + OF(RADII)(radius, SPECIES_OF(OF(flags), rest));
+            square_sum = sum * sum;
         }
         const OF(lanes) dt = t_now - t;
         const OF(lanes) half = 0.5 * dt * dt;

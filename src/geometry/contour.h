@@ -78,6 +78,33 @@ static inline bool mill_contour_is_beside(const struct mill_contour_piece *p, do
     return mill_contour_past(p->from, x, y) >= 0.0 && mill_contour_past(p->to, x, y) > 0.0;
 }
 
+/* Is a place before the whole line or circle of a piece by more than `reach` [m]? */
+static inline bool mill_contour_is_before(const struct mill_contour_piece *p, double at_x,
+                                          double at_y, double reach)
+{
+    const double x = at_x - p->x, y = at_y - p->y;
+    return p->nx * x + p->ny * y - p->bend * (x * x + y * y) > reach * (1.0 - p->bend * reach);
+}
+
+/* Is a place behind the chord of an arc that curves away from the balls? There the distance from it
+ * is not convex. */
+static inline bool mill_contour_is_behind(const struct mill_contour_piece *p, double x, double y)
+{
+    return p->bend < 0.0 && p->half > 0.0 &&
+           p->nx * (x - p->end[0][0]) + p->ny * (y - p->end[0][1]) < 0.0;
+}
+
+/* Is the piece certainly farther from a place than `reach` [m]? */
+static inline bool mill_contour_is_out_of_reach(const struct mill_contour_piece *p, double at_x,
+                                                double at_y, double reach)
+{
+    const double x = at_x - p->x, y = at_y - p->y, square = x * x + y * y, far = reach + p->half;
+    if (square > far * far)
+        return true;
+    return p->half > 0.0 && 2.0 * p->bend * reach < 1.0 &&
+           mill_contour_is_before(p, at_x, at_y, reach);
+}
+
 /* [m] the distance of a place from the nearest point of a piece. In a place beside it, `from` is
  * normal . q - bend q^2, of which the distance is a function without cancellation. */
 static inline struct mill_contour_view mill_contour_look(const struct mill_contour_piece *p,

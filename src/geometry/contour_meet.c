@@ -230,17 +230,6 @@ static double piece_contact(const struct mill_contour_piece *p, const struct cou
     return INFINITY;
 }
 
-/* Is the piece certainly farther from a place than `reach` [m]? */
-static bool is_out_of_reach(const struct mill_contour_piece *p, double at_x, double at_y,
-                            double reach)
-{
-    const double x = at_x - p->x, y = at_y - p->y, square = x * x + y * y, far = reach + p->half;
-    if (square > far * far)
-        return true;
-    const double from = p->nx * x + p->ny * y - p->bend * square;
-    return p->half > 0.0 && 2.0 * p->bend * reach < 1.0 && from > reach * (1.0 - p->bend * reach);
-}
-
 static struct mill_hit still_contact(const struct mill_contour *c, const struct mill_flight *f,
                                      double radius, double horizon, bool touching)
 {
@@ -260,7 +249,7 @@ static struct mill_hit still_contact(const struct mill_contour *c, const struct 
     for (int i = 0; i < count; i++) {
         const int k = first + i < c->pieces ? first + i : first + i - c->pieces;
         const struct mill_contour_piece *p = &c->piece[k];
-        if (is_narrow(p, radius) || is_out_of_reach(p, own.x, own.y, reach))
+        if (is_narrow(p, radius) || mill_contour_is_out_of_reach(p, own.x, own.y, reach))
             continue;
         if (touching && touched < 0) {
             const struct mill_contour_spot s = {own.x, own.y, 0.0};
@@ -329,12 +318,10 @@ static void take_piece(struct found *f, const struct mill_contour_piece *p, cons
     const struct mill_contour_view v = mill_contour_look(p, s->spot.x, s->spot.y);
     const double z = s->spot.beyond, plane = fabs(v.d), d = sqrt(plane * plane + z * z);
     const double side = v.d < 0.0 ? -1.0 : 1.0;
-    const double over = p->nx * (s->spot.x - p->end[0][0]) + p->ny * (s->spot.y - p->end[0][1]);
     if (is_narrow(p, radius))
         return;
     f->least = mill_least(f->least, d);
-    if (p->bend < 0.0 && p->half > 0.0 && over < 0.0) {
-        /* behind the chord of an arc that curves away: its distance is not convex */
+    if (mill_contour_is_behind(p, s->spot.x, s->spot.y)) {
         f->safe = mill_least(f->safe, mill_greatest(d - radius, 0.0) / s->speed);
         return;
     }
@@ -354,17 +341,45 @@ static struct mill_hit get_out(const struct nearest *near, const struct sight *s
     return t < left ? (struct mill_hit){MILL_HIT_ASK_AGAIN, t} : mill_hit_at(INFINITY);
 }
 
+/* A quick proof that a ball meets nothing in its window, whose path is straight but for the slack.
+ * Where a piece curves away from the balls, the plane through its nearest point keeps them apart;
+ * where it curves around them, a straight path is nearest to it at an end. */
+static bool is_far(const struct mill_contour *c, const struct mill_flight *f, double radius)
+{
+    const double reach = radius + f->slack, most = radius + f->travel;
+    const struct mill_contour_spot s = mill_contour_spot_of(c, f->place);
+    const struct mill_contour_nook nook = mill_contour_nook_at(c, s.x, s.y);
+    if (c->half < (double)INFINITY) /* its flat ends are not among the pieces */
+        return find_nearest(c, &s).d > most;
+    if (nook.near > most || nook.beyond <= most)
+        return nook.near > most;
+    const vec3 u = vec3_scale(mill_pose_turn_in(f->pose, f->course), f->window),
+               own = c->plain ? vec3_make(u.y, u.z, u.x) : mill_body_turn_in(&c->body.is, u);
+    bool far = true;
+    for (int i = 0; far && i < nook.count; i++) {
+        const struct mill_contour_piece *p = &c->piece[mill_contour_listed(c, nook, i)];
+        if (mill_contour_is_out_of_reach(p, s.x, s.y, most))
+            continue;
+        if (p->bend > 0.0) {
+            far = 2.0 * p->bend * reach < 1.0 && mill_contour_is_before(p, s.x, s.y, reach) &&
+                  mill_contour_is_before(p, s.x + own.x, s.y + own.y, reach);
+        } else {
+            const struct mill_contour_view v = mill_contour_look(p, s.x, s.y);
+            far = !mill_contour_is_behind(p, s.x, s.y) &&
+                  v.d + mill_least(v.nx * own.x + v.ny * own.y, 0.0) > reach;
+        }
+    }
+    return far;
+}
+
 static struct mill_hit search(const struct mill_contour *c, const struct mill_flight *f,
                               double radius, double now, double horizon)
 {
     const double end = horizon < MILL_CONVEX_FARTHEST ? horizon : MILL_CONVEX_FARTHEST;
     struct mill_hit hit = {MILL_HIT_NONE, INFINITY};
     double t = 0.0;
-    if (f->travel < (double)INFINITY && end == horizon) {
-        const struct mill_contour_spot s = mill_contour_spot_of(c, f->place);
-        if (mill_contour_nook_at(c, s.x, s.y).near > radius + f->travel)
-            return hit;
-    }
+    if (f->travel < (double)INFINITY && end == horizon && is_far(c, f, radius))
+        return hit;
     for (int step = 0; step < MILL_CONVEX_MOST; step++) {
         const struct sight s = look(c, f, radius, now, t, end - t);
         const struct mill_contour_nook nook = mill_contour_nook_at(c, s.spot.x, s.spot.y);
@@ -374,7 +389,7 @@ static struct mill_hit search(const struct mill_contour *c, const struct mill_fl
         const double reach = radius + s.speed * s.within + 1e-9 * c->far;
         for (int i = 0; i < nook.count; i++) {
             const struct mill_contour_piece *p = &c->piece[mill_contour_listed(c, nook, i)];
-            if (!is_out_of_reach(p, s.spot.x, s.spot.y, reach))
+            if (!mill_contour_is_out_of_reach(p, s.spot.x, s.spot.y, reach))
                 take_piece(&found, p, &s, radius, glides);
         }
         if (found.least < radius * (1.0 - DEEP) || z != 0.0) {

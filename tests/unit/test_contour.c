@@ -160,11 +160,26 @@ struct seen {
     int found, none, exact, lost, give_ups;
 };
 
+/* What the event loop asks, with the place in the motion's frame, has the same answer. */
+static void check_known_place(const struct scene *s, const struct flight *f, double window,
+                              bool touching)
+{
+    struct mill_flight path = path_of(f->path.r, f->path.v, f->path.g);
+    tell_place(s->chain.top, f, window, 0.0, &path);
+    const struct mill_hit hit = s->shape->type->next_contact(s->shape, &path, f->radius, f->now,
+                                                             window, touching),
+                          plain = ask(s->shape, f, window, touching);
+    ck_assert_msg(hit.state == plain.state && hit.t == plain.t, "%.17g s, not %.17g s", hit.t,
+                  plain.t);
+}
+
 /* The first contact within the horizon, held against the oracle from the time `from` on */
 static double checked_contact(const struct scene *s, const struct flight *f, real from,
                               double horizon, bool touching, struct seen *n)
 {
     const double t = first_contact(s->shape, f, horizon, touching, &n->give_ups);
+    for (int k = 0; s->chain.top && k < 3; k++)
+        check_known_place(s, f, horizon * (k == 0 ? 1.0 : k == 1 ? 0.1 : 0.01), touching);
     const real missed = first_sunk(s, f, from, fmin(t, horizon), &n->lost);
     ck_assert_msg(isinf(missed), "a gap of %Lg m at %.17Lg s, before the contact at %.17g s, r %g",
                   true_gap(s, f, missed), missed, t, f->radius);
