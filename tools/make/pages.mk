@@ -36,9 +36,9 @@ docs: studio ## the documentation as a site that opens from disk: build/docs/ind
 	NO_MKDOCS_2_WARNING=1 .venv/bin/python -m mkdocs build --strict --quiet -f docs/mkdocs.yml
 	@echo 'build/docs/index.html'
 
-# what the README and docs/figures.md show, by the program itself
+# what the README and the docs show, by the program itself
 PICTURES := build/pictures
-pictures: ## make those of the README and docs/figures.md anew (two minutes)
+pictures: ## make those of the README and the docs anew (three minutes)
 	@tools/setup --local build render --python render
 	@$(MAKE) $(PARALLEL) millsim mill
 	@mkdir -p $(PICTURES)
@@ -53,6 +53,9 @@ pictures: ## make those of the README and docs/figures.md anew (two minutes)
 	./mill plot $(PICTURES)/reference.h5 docs/img/reference.png
 	for d in planetary attritor stl; do ./millsim -q -f -o $(PICTURES)/$$d.h5 input/$$d.ini >/dev/null && \
 	    ./mill render $(PICTURES)/$$d.h5 docs/img/$$d.png --size 640x400 || exit 1; done
+	./millsim -q -f -o $(PICTURES)/ballmill.h5 input/ballmill.ini >/dev/null
+	for f in charge liner; do \
+	    ./mill plot --figure $$f $(PICTURES)/ballmill.h5 docs/img/tumbling-$$f.png || exit 1; done
 	for f in flow speeds axial-rate; do \
 	    ./mill plot $(PICTURES)/reference.h5 docs/img/figure-$$f.png --figure $$f || exit 1; done
 

@@ -125,17 +125,20 @@ class Liner:
             raise UserError(f"{self.run.path}: no impacts slide on the tops of the liner: simulate longer")
         return depth * lost / now
 
+    def worst(self) -> tuple[int, float]:
+        """Where sliding wears the liner most, and how many times its mean: the bin, and 0 if nothing slides."""
+        wears, mean = self.smoothed(self.density("slid")), self.density("slid").mean()
+        k = int(wears.argmax())
+        return k, float(wears[k] / mean) if mean > 0 else 0.0
+
     def finding(self) -> str:
         """A sentence: where sliding wears the liner, and its faces."""
-        wears = self.smoothed(self.density("slid"))
-        if not wears.max() > 0:
+        k, times = self.worst()
+        if not times > 0:
             return "no impacts slide on the liner"
-        k, mean = int(wears.argmax()), self.density("slid").mean()
         each = ", ".join(f"{face} {100 * share:.0f} %" for face, share in self.shares("slid").items() if share > 0)
         place = f"{self.face[k]}" + (f" {number(1e3 * self.raised[k])} mm above the lowest place" * (self.height > 0))
-        return (
-            f"sliding wears the liner most on the {place}, {number(wears[k] / mean)} times its mean; its shares: {each}"
-        )
+        return f"sliding wears the liner most on the {place}, {number(times)} times its mean; its shares: {each}"
 
 
 def equal_parts(of: Contour) -> int:

@@ -69,7 +69,7 @@ class Figure:
             figure = Canvas(layout="none")
             self.paint(figure, runs, **options)
             if titled:
-                figure.suptitle(self.title, x=0.015, ha="left", fontsize=10, fontweight="bold")
+                figure.suptitle(self.finding(runs), x=0.015, ha="left", fontsize=10, fontweight="bold")
             lay_out(figure)
         return figure
 
@@ -80,6 +80,10 @@ class Figure:
     def says(self, runs) -> str:
         """The caption for these runs."""
         return self.caption
+
+    def finding(self, runs) -> str:
+        """The title above the picture: what it shows of these runs, where few words can say it."""
+        return self.title
 
     def tables(self, runs, **options) -> list[Columns]:
         """The numbers drawn, in SI: one table for each run, all with the same heads."""

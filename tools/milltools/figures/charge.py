@@ -83,6 +83,13 @@ class ChargeFigure(Figure):
     def says(self, runs):
         return self.caption + self.dotted * any(View(run).thrown() is not None for run in runs)
 
+    def finding(self, runs):
+        toe, shoulder, flying = (runs[0].charge[name][0] for name in ("toe", "shoulder", "in_flight"))
+        if len(runs) > 1 or not math.isfinite(toe + shoulder):
+            return self.title
+        places = f"Toe at {math.degrees(toe):.0f}°, shoulder at {math.degrees(shoulder):.0f}° from 6 o'clock"
+        return places.replace("-", "−") + (f", {100 * flying:.0f} % in flight" if math.isfinite(flying) else "")
+
     def why_not(self, run):
         if run.unsampled:
             return run.unsampled

@@ -3,7 +3,7 @@ and the force on a lifter over its turn."""
 
 import numpy as np
 
-from milltools.base.text import literal
+from milltools.base.text import literal, number
 from milltools.dose import liner
 from milltools.figures.base import WIDTH, Figure, labels, sampled, subtitle
 from milltools.figures.style import COLOURS, INK, legend
@@ -23,6 +23,12 @@ class LinerFigure(Figure):
 
     def why_not(self, run):
         return liner.why_not(run)
+
+    def finding(self, runs):
+        one = liner.Liner(runs[0])
+        k, times = one.worst()
+        alone = len(runs) == 1 and times > 0
+        return f"Sliding wears the {one.face[k]} most, {number(times)} times the liner's mean" if alone else self.title
 
     def paint(self, figure, runs):
         found = [liner.Liner(run) for run in runs]
@@ -54,8 +60,10 @@ class LinerFigure(Figure):
 
     def _turn(self, axes, turn, colour, alone):
         angle, (wide, sizes, _) = np.degrees(turn.angle), turn.sizes
-        axes[0].plot(angle, turn.outward, color=colour)
-        axes[0].plot(angle, -turn.forward, color=colour, ls="--")
+        axes[0].plot(angle, turn.outward, color=colour, label="outwards")
+        axes[0].plot(angle, -turn.forward, color=colour, ls="--", label="against the turning")
+        if alone:
+            axes[0].legend(frameon=False, loc="upper left")
         axes[1].plot(np.degrees(wide), sizes, ".-", color=colour)
         axes[1].set_ylim(bottom=0)
         toe, shoulder = (np.degrees(turn.run.charge[name][0]) for name in ("toe", "shoulder"))
