@@ -86,8 +86,7 @@ double mill_elementary_cbrt(double x)
     double m = frexp(x, &e); /* 1/2 <= m < 1 */
     for (; e % 3 != 0; e++)
         m *= 0.5;
-    double root = 0.4 + 0.6 * m; /* each step of Newton's method doubles the number of correct
-                                    digits */
+    double root = 0.4 + 0.6 * m; /* each step of Newton's method doubles the correct digits */
     for (int k = 0; k < 7; k++)
         root -= (root - m / (root * root)) / 3.0;
     return ldexp(root, e / 3);

@@ -1,8 +1,7 @@
 /* Elementary functions whose results influence a run or its statistics. C libraries differ in the
- * last bit of these functions, and one different bit changes all later impacts. The functions here
- * use only additions, multiplications, divisions and square roots, so that every library, compiler
- * and processor gives the same bits. Errors are below 1e-15 of the value (cosine and sine: below
- * one unit in the last place). */
+ * last bit of these functions, and one different bit changes all later impacts. Here are only
+ * additions, multiplications, divisions and square roots: every library, compiler, processor gives
+ * the same bits. Errors are below 1e-15 of the value (cosine and sine: a unit in the last place) */
 #ifndef MILLSIM_ELEMENTARY_H
 #define MILLSIM_ELEMENTARY_H
 

@@ -1,7 +1,6 @@
 /* The contact law of Walton's rough spheres (O. R. Walton, in Particulate Two-Phase Flow, 1993):
- * normal restitution, tangential restitution if the contact sticks, Coulomb's bound if it slides.
- * With mu = 0 it is the smooth inelastic law of Reichardt & Wiechert 2007, equation (3).
- * docs/physics.md derives the formulas. */
+ * normal restitution; tangential restitution where it sticks, Coulomb's bound where it slides. mu =
+ * 0: the smooth inelastic law of Reichardt & Wiechert 2007, (3). Derived in docs/physics.md */
 #include "millsim/impact.h"
 
 #include "base/elementary.h"
@@ -43,9 +42,8 @@ struct mill_rebound mill_impact_resolve(const struct mill_law *law, double rebou
     return rebound;
 }
 
-/* The restitution of viscoelastic spheres that part when their force is zero, integrated over the
- * contact, in Pade form: within 0.005 (Muller & Poschel, Phys. Rev. E 84 (2011) 021302). loss: the
- * root of the damping, times v^(1/10) */
+/* The restitution of viscoelastic spheres that part when their force is zero, in Pade form: within
+ * 0.005 (Muller & Poschel, Phys. Rev. E 84 (2011) 021302). loss: root of the damping times v^0.1 */
 static double viscoelastic(double loss)
 {
     return (1.0 + 0.501086 * loss) /

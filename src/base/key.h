@@ -7,8 +7,7 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-/* Bound of all numbers without a closer bound: products of several such numbers are far from
- * overflow. */
+/* Bound of numbers without a closer one: products of several such numbers are far from overflow. */
 #define MILL_KEY_LARGEST 1e9
 
 /* Ranges of a struct mill_key */
@@ -50,11 +49,10 @@ struct mill_key {
     const char *words; /* CHOICE: "first|second"; FILE: the word for "no file", or NULL */
     double named;      /* NUMBER: what the only word of `words` stands for */
     const char *known; /* FILE: "first|second": of the names, those that are no file's; or NULL */
-    /* Called with the struct of the table; NULL: never hidden. true: the key has no meaning here,
-     * needs no value and is not printed. */
+    /* Of the table's struct; NULL: never. true: it means nothing here, is not needed, not printed
+     */
     bool (*hidden)(const void *form);
-    const char *needs; /* what the key needs: for the message about a hidden key that a deck
-                          gives; NULL: a deck may give it */
+    const char *needs; /* for the message about a hidden key that a deck gives; NULL: it may */
 };
 
 #endif

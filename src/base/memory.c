@@ -1,5 +1,4 @@
-/* Aligned memory. A record as long as a cache line needs only one access if it begins at a cache
- * line. */
+/* Aligned memory: a record as long as a cache line needs one access if it begins at such a line. */
 #include "base/memory.h"
 
 #include <assert.h>

@@ -1,5 +1,4 @@
-/* When does a gap first close? This file finds the first rise of a quartic through zero, fast and
- * with certainty.
+/* When does a gap first close? The first rise of a quartic through zero, fast and with certainty.
  *
  * A bound from the signs of the coefficients shows for most search intervals that there is no rise.
  * In almost all others the curvature does not change its sign, and the value at the end decides.
@@ -7,12 +6,10 @@
  * values at the ends decide. On a concave piece that is negative at both ends, the tangents bound
  * the polynomial from above. They are moved towards each other until they meet below zero (no
  * contact) or a positive value is found (contact). Then a bracket contains one root. The search for
- * it starts from the local parabola in closed form and uses safeguarded Newton steps of third order
- * (Chebyshev).
+ * it starts from the local parabola and uses safeguarded Newton steps of third order (Chebyshev).
  *
  * Every decision is compared with a bound of the rounding error (Higham, Accuracy and Stability of
- * Numerical Algorithms, 2nd ed., eq. 5.3). Decisions below this bound are left to the Sturm
- * sequence (poly_sturm.c). */
+ * Numerical Algorithms, 2nd ed., eq. 5.3). Decisions below it are left to poly_sturm.c. */
 #include <assert.h>
 #include <float.h>
 #include <math.h>
@@ -20,11 +17,9 @@
 #include "millsim/poly.h"
 #include "millsim/vec3.h"
 
-/* Horner's rule with derivative needs 5 eps; the rest covers a curvature that rounding makes
- * zero. */
+/* Horner's rule with derivative needs 5 eps; the rest covers a curvature rounded to zero. */
 #define ROUNDING (16.0 * DBL_EPSILON)
-/* Limits within which squares are in the range of doubles. UNDERFLOW_ERROR covers products that
- * underflow to zero, times t^4. */
+/* Limits of squares in the range of doubles. UNDERFLOW_ERROR: products that underflow, times t^4 */
 #define LARGEST_COEFFICIENT 1e60
 #define LONGEST_WINDOW 1e20
 #define UNDERFLOW_ERROR 1e-240
@@ -118,9 +113,8 @@ static inline double refine(const double f[5], double lo, double at_lo, double s
     }
 }
 
-/* f is concave on [a.t, b.t], negative at both ends, rises at a and falls at b. Does it reach zero
- * in between? It does not to the left of the zero of a's tangent, nor to the right of the zero of
- * b's. */
+/* f is concave on [a.t, b.t], negative at both ends, rises at a and falls at b. Does it reach zero?
+ * Not to the left of the zero of a's tangent, nor to the right of that of b's. */
 static enum verdict probe(const double f[5], struct sample a, struct sample b, double *t)
 {
     for (int i = 0; i < MOST_PROBES; i++) {
@@ -202,8 +196,7 @@ static enum verdict first_up(const double f[5], double lo, double hi, double *t)
     return NONE;
 }
 
-/* For f positive and falling at 0: its first minimum if this is not below zero, else the first rise
- * through zero after it */
+/* For f positive and falling at 0: its first minimum if not below zero, else the rise after it */
 static enum verdict wait_for_rise(const double f[5], double hi, double *t)
 {
     double slope[6] = {f[1], 2.0 * f[2], 3.0 * f[3], 4.0 * f[4], 0.0, 0.0};
@@ -225,9 +218,8 @@ static bool is_tame(const double f[5], double t_end)
     return sum <= LARGEST_COEFFICIENT && t_end <= LONGEST_WINDOW;
 }
 
-/* Is an upper bound of f over [0, t_end] below zero? The bound needs few operations: it is the sum,
- * at t_end, of all terms that can raise f. Its margin covers nine rounding errors of positive
- * terms, half an eps each. */
+/* Is an upper bound of f over [0, t_end] below zero? It is the sum, at t_end, of all terms that can
+ * raise f. Its margin covers nine rounding errors of positive terms, half an eps each. */
 static bool stays_below(const double f[5], double t_end)
 {
     double rise = mill_greatest(f[3], 0.0) + t_end * mill_greatest(f[4], 0.0);

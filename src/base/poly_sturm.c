@@ -57,8 +57,7 @@ static struct poly shortened(const struct poly *p)
     return e;
 }
 
-/* -(a mod b) times a positive number: repeats a <- |lead b| a - (+-lead a) x^k b until the degree
- * of a is below that of b */
+/* -(a mod b) times a positive number: a <- |lead b| a - (+-lead a) x^k b until a's degree is low */
 static struct poly negative_rest(struct poly a, const struct poly *b)
 {
     struct wide scale = b->c[b->degree];
@@ -144,8 +143,7 @@ int mill_poly_sturm_count(const double *c, int degree, double lo, double hi)
     return lo < hi ? sign_changes(&s, lo) - sign_changes(&s, hi) : 0;
 }
 
-/* A point between lo and hi, 0 <= lo < hi: in the middle of the exponents if they differ, else in
- * the middle */
+/* A point between lo and hi, 0 <= lo < hi: in the middle, of the exponents if they differ */
 static double middle(double lo, double hi)
 {
     if (isinf(hi))

@@ -1,8 +1,7 @@
 /* Signed binary numbers of up to WIDE_LIMBS words of 32 bits, for signs that must be right. value =
  * sign * sum limb[i] 2^(32 (i + exponent)). Sums and products are exact if they fit into the words.
  * If not, the low words are cut off, and noise gives the possible error: the true value is within
- * 2^(32 noise). So a sign is either certain or reported as zero. Exponents are ints, so that there
- * is no overflow or underflow. */
+ * 2^(32 noise). So a sign is certain or reported as zero. Exponents are ints: nothing overflows. */
 #ifndef MILLSIM_POLY_WIDE_H
 #define MILLSIM_POLY_WIDE_H
 

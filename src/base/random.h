@@ -20,8 +20,7 @@ void mill_random_seed(struct mill_random *random, unsigned long seed);
 /* Uniform in [0, 1), a multiple of 2^-32 */
 double mill_random_uniform(struct mill_random *random);
 
-/* A unit vector; all directions have equal probability (G. Marsaglia, Ann. Math. Stat. 43, 1972,
- * 645) */
+/* A unit vector, all directions equally probable (G. Marsaglia, Ann. Math. Stat. 43, 1972, 645) */
 vec3 mill_random_direction(struct mill_random *random);
 
 #endif

@@ -1,5 +1,4 @@
-/* Which pairs are bridges, and when do they give way? bridge.h gives the rules; docs/physics.md
- * tells how they were found. */
+/* When do bridges give way? bridge.h gives the rules; docs/physics.md tells how they were found. */
 #include "engine/bridge.h"
 
 #include "base/memory.h"
@@ -7,13 +6,11 @@
 
 #include <stdlib.h>
 
-/* No bridge bears more than so many impacts of its balls at the surfaces' speed within one
- * duration. */
+/* A bridge bears at most so many impacts of its balls at the surfaces' speed in one duration. */
 #define IMPACTS 40.0
 
 /* The fraction of the force at the top that is lost by a pair that passes alone, which gives the
- * rest back, and by one that another ball has touched on its way. Fitted to balls of steel
- * (validation/referee). */
+ * rest back, and by one that another ball touched on the way. For steel (validation/referee) */
 #define LOST 0.008
 #define CROWDED 0.5
 

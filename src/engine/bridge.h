@@ -6,8 +6,7 @@
  * The program therefore lets a pair give way when it has got more impulse within the duration of
  * an impact than a pair of steel balls would need to pass: from then on the two are without
  * friction, on each other and on surfaces, until they have not met for one duration. A wedge
- * without friction does not lock. Nips of one ball at a body that can pinch have rules of their
- * own (pinch.h). */
+ * without friction does not lock. For nips of one ball at a body that can pinch, see pinch.h. */
 #ifndef MILLSIM_BRIDGE_H
 #define MILLSIM_BRIDGE_H
 
@@ -20,8 +19,7 @@ struct mill_bridge { /* of one ball; times are local [s] */
     double met;      /* its last contact with a ball between two surfaces */
     double last;     /* its last contact with the ball `partner` */
     double other;    /* its last contact with another ball */
-    /* [N s] given between surfaces; what is older than one duration no longer counts. INFINITY:
-     * it gives way */
+    /* [N s] between surfaces; none older than one duration counts. INFINITY: it gives way */
     double impulse;
     vec3 normal; /* of that surface, into the ball */
     int32_t shape, partner;
@@ -50,8 +48,7 @@ void mill_bridges_touch(struct mill_bridges *bridges, int32_t i, int32_t shape, 
                         double t);
 
 /* Call this after ball i has given ball j this impulse [N s] along the normal from i to j. Returns
- * the work [J] that the surfaces can have done by it, if the two are a bridge; *gives: it begins
- * to give way. */
+ * the work [J] that the surfaces can have done by it in a bridge; *gives: it begins to give way. */
 double mill_bridges_push(struct mill_bridges *bridges, const struct mill_world *world, int32_t i,
                          int32_t j, vec3 normal, double impulse, double t, bool *gives);
 

@@ -4,8 +4,7 @@
  * any number of balls, because the length of a day is adapted to the event rate. Comparing all of a
  * few events without a branch is the fastest way to find the earliest. If a day has many events
  * (balls that start in step), they become a binary heap. To insert or remove an event takes O(1)
- * time. Method: G. Paul, J. Comput. Phys. 221 (2007) 615. The order is (time, item), so that runs
- * can be repeated exactly. */
+ * time. The order is (time, item), so that runs can be repeated exactly. */
 #include "engine/calendar.h"
 
 #include "base/memory.h"
@@ -184,8 +183,7 @@ static void take_out(struct mill_calendar *c, int32_t item)
     n->place = NOWHERE;
 }
 
-/* Puts an event into its list. The day is a monotone function of t. So the order of days is the
- * order of times, for any rounding. */
+/* Puts an event into its list. The day is monotone in t for any rounding, so days are in order. */
 static void file(struct mill_calendar *c, int32_t item)
 {
     struct mill_event *n = event_of(c, item);
@@ -211,8 +209,7 @@ static void file_waiting(struct mill_calendar *c)
         file(c, item);
 }
 
-/* Sorts the events of a list into days again: those of the overflow, or those of the day that is
- * now today. */
+/* Sorts the events of a list into days again: of the overflow, or of the day that is now today. */
 static void refile(struct mill_calendar *c, int32_t list)
 {
     int32_t item = c->head[list];
@@ -310,8 +307,7 @@ void mill_calendar_set(struct mill_calendar *c, int32_t item, double t)
         file(c, item);
         return;
     }
-    /* Entered when the next event is set. Until then the cache can load the head of its list, which
-     * is anywhere in a long table. */
+    /* Entered with the next event: till then the cache can load its list's head in a long table */
     c->waiting = item;
     n->place = WAITING;
     __builtin_prefetch(&c->head[(int32_t)day], 1);
@@ -352,8 +348,7 @@ void mill_calendar_set_width(struct mill_calendar *c, double width)
     refile(c, c->days);
 }
 
-/* Changes the length of a day if days have too many or too few events: the last `days_passed` days
- * had c->taken events. */
+/* Changes the length of a day if the last `days_passed` days had too many or too few events. */
 static bool adapt(struct mill_calendar *c, double days_passed)
 {
     const double load = (double)c->taken / days_passed;

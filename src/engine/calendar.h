@@ -1,5 +1,4 @@
-/* The calendar: the list of next events, at most one per ball. It is a calendar queue (G. Paul, J.
- * Comput. Phys. 221 (2007) 615). */
+/* The calendar: at most one event per ball. Method: G. Paul, J. Comput. Phys. 221 (2007) 615. */
 #ifndef MILLSIM_CALENDAR_H
 #define MILLSIM_CALENDAR_H
 
@@ -11,13 +10,11 @@ struct mill_calendar;
 /* The event of an item. It is part of its owner's record, next to the data that the event needs. */
 struct mill_event {
     double t;           /* [s] */
-    int32_t next, prev; /* neighbours in its list, -1: none; of today's events, next is the index
-                           among them */
+    int32_t next, prev; /* neighbours in its list, -1: none; next of today's: index among them */
     int32_t place;      /* number of its list; negative values: see calendar.c */
 };
 
-/* A calendar for items 0..items-1 without events; NULL when out of memory. The event of item k is
- * `stride` bytes times k after `event`. */
+/* An empty calendar; NULL: out of memory. Item k's event is k times `stride` bytes after `event` */
 struct mill_calendar *mill_calendar_create(int32_t items, struct mill_event *event, size_t stride);
 void mill_calendar_free(struct mill_calendar *calendar);
 

@@ -23,9 +23,8 @@ void mill_cells_cut(vec3 lo, vec3 hi, double diameter, int32_t balls, int32_t in
 {
     assert(diameter > 0.0 && balls >= 0);
     const double extent[3] = {hi.x - lo.x, hi.y - lo.y, hi.z - lo.z};
-    /* The smallest cells are fastest (measured). But a large empty box must not have more than
-     * about 16 cells per ball. Cells are slightly larger than a diameter, so that rounding cannot
-     * hide a touching pair. */
+    /* The smallest cells are fastest, but a large empty box must not have more than about 16 per
+     * ball. They are slightly larger than a diameter: rounding must not hide a touching pair. */
     const double most = 16.0 * (double)balls + 4096.0;
     double side = diameter * (1.0 + 1e-9), total, along[3];
     for (;; side *= fmax(mill_elementary_cbrt(total / most), 1.05)) {
@@ -65,8 +64,7 @@ bool mill_cells_init(struct mill_cells *c, vec3 lo, vec3 hi, const int32_t inner
     }
     c->per_n[0] = 1.0 / c->n[1];
     c->per_n[1] = 1.0 / c->n[2];
-    /* Equal balls: at most 8 centres per cell, and seldom more than 2. Mixtures: as many as a dense
-     * packing has. */
+    /* Equal balls: at most 8 centres per cell, seldom 3. Mixtures: as in a dense packing */
     const double widest = fmax(c->side[0], fmax(c->side[1], c->side[2])) / least_diameter;
     const double wide = widest + 1.0;
     double room = widest < 1.3 ? 7.0 : 1.35 * (wide * wide * wide) / 8.0 * 1.5 + 7.0;
@@ -199,9 +197,8 @@ static inline double leave_straight(double r, double v, const double *edge, int3
 }
 
 /* The same with gravity g along the axis. A ball that moves against gravity leaves through the face
- * ahead if it gets there; in all other cases it leaves through the face below. A ball beyond that
- * face which moves inwards leaves when it turns back: at the later root, or at the turning point if
- * it never gets inside. */
+ * ahead if it gets there; else through the face below. A ball beyond that face which moves inwards
+ * leaves when it turns back: at the later root, or at the turning point if it never gets inside. */
 static inline double leave_falling(double r, double v, double g, const double *edge, int32_t *face)
 {
     static const double sign[2] = {-1.0, 1.0};

@@ -1,6 +1,5 @@
 /* The cell grid: it tells which balls may meet soon. The edges of a cell are at least as long as
- * the largest diameter. So, until a ball leaves its cell, it can only touch balls in the 27 cells
- * around its centre. */
+ * the largest diameter: until a ball leaves its cell, it touches only those in the 27 around it. */
 #ifndef MILLSIM_CELLS_H
 #define MILLSIM_CELLS_H
 
@@ -57,8 +56,7 @@ static inline int32_t mill_cells_count(const struct mill_cells *c)
 /* Is this a cell that can hold balls, not one of the empty layers? */
 bool mill_cells_is_inner(const struct mill_cells *cells, int32_t cell);
 
-/* The cell of a point, and its index along x, y, z. A point outside of the box belongs to the
- * nearest cell inside it. */
+/* The cell of a point, and its index along x, y, z; outside of the box, the nearest inside it */
 static inline int32_t mill_cells_along(const struct mill_cells *c, int axis, double from_lo)
 {
     const double cell = from_lo / c->side[axis], last = (double)(c->n[axis] - 2 * c->margin - 1);
@@ -85,8 +83,7 @@ static inline void mill_cells_index(const struct mill_cells *c, int32_t cell, in
 /* The box of a cell; the outermost cells inside the grid's box reach to infinity. */
 void mill_cells_box(const struct mill_cells *cells, int32_t cell, vec3 *lo, vec3 *hi);
 
-/* insert puts a ball into a cell in which it is not, after the others; remove takes it out. insert
- * is false when out of memory. */
+/* insert puts a ball into a cell without it, as the last; remove takes it out. false: no memory */
 bool mill_cells_insert(struct mill_cells *cells, int32_t ball, int32_t cell);
 void mill_cells_remove(struct mill_cells *cells, int32_t ball);
 void mill_cells_clear(struct mill_cells *cells); /* takes all balls out */
@@ -102,8 +99,7 @@ static inline size_t mill_cells_word_size(const struct mill_cells *c)
     return c->form == MILL_CELLS_SHORT ? sizeof(uint16_t) : sizeof(uint32_t);
 }
 
-/* Word `at` of the rows: a ball or a count; the first word of a packed row is a ball and the
- * count */
+/* Word `at` of the rows: a ball or a count; the first word of a packed row has both */
 static inline uint32_t mill_cells_word(const struct mill_cells *c, int64_t at)
 {
     return c->form == MILL_CELLS_SHORT ? ((const uint16_t *)c->bucket)[at]
@@ -161,10 +157,9 @@ static inline void mill_cells_set(struct mill_cells *c, int32_t ball, int32_t ce
     }
 
 /* Copies the balls of `count` cells (offsets from `cell`, in words) to `out`, each number times
- * `scale`, and returns how many balls. `out` must have room for all of them plus MILL_CELL_ROW. It
- * always copies whole rows, so that the processor has no branch to mispredict. threes: the rows are
- * the shortest and the cells in threes along z, so that their rows are neighbours in memory; only
- * the first offset of each three is read. */
+ * `scale`, and returns how many. `out` must have room for all of them plus MILL_CELL_ROW. Whole
+ * rows are copied: no branch can be mispredicted. threes: the rows are the shortest and the cells
+ * in threes along z, so that their rows are neighbours in memory; only first offsets are read. */
 static inline __attribute__((always_inline)) int32_t
 mill_cells_gather(const struct mill_cells *cells, int32_t cell, const int64_t *restrict offset,
                   int32_t count, bool threes, int32_t scale, int32_t *restrict out)

@@ -1,6 +1,5 @@
-/* A crew of threads. Work comes every fraction of a millisecond, so a thread that waits first looks
- * again and again for a while; only then does it sleep, because to wake it takes many microseconds.
- */
+/* A crew of threads. Work comes every fraction of a millisecond, so a waiting thread first looks
+ * again and again for a while, and only then sleeps: to wake it takes many microseconds. */
 #include "engine/crew.h"
 
 #include <pthread.h>
@@ -25,8 +24,7 @@ struct mill_crew {
     pthread_mutex_t lock;
     pthread_cond_t change;
     /* ---- shared ---- */
-    /* All threads look at these two words all the time: no other one is in their lines of the
-     * cache. */
+    /* All threads look at these two words all the time: each has lines of the cache of its own. */
     char apart[128];
     uint64_t round; /* number of the present work */
     char from[128];

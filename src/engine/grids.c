@@ -1,10 +1,8 @@
 /* One cell grid for each class of sizes. Without classes, a small ball would gather all the small
- * balls in the 27 wide cells around it: in a mixture of 10 mm and 1 mm, a thousand times as many as
- * it can touch.
+ * balls in the 27 wide cells around it: of 10 mm and 1 mm, a thousand times as many as it touches.
  *
- * In a periodic box, the cells beyond an end are those at the other end. A ball near an end also
- * looks into them, from the place that it has beyond that end. Each grid has enough cells along x
- * that no ball sees another one twice. */
+ * In a periodic box, the cells beyond an end are those at the other end. A ball near an end looks
+ * into them too, from its place beyond it. Enough cells along x let no ball see another twice. */
 #include "engine/grids.h"
 
 #include "base/memory.h"
@@ -213,8 +211,7 @@ void mill_grids_release(struct mill_grids *g)
     memset(g, 0, sizeof *g);
 }
 
-/* The cell of a class's grid around a cell of the finest grid, by its indices. The result is exact:
- * see mill_cells_index. */
+/* The cell of a class's grid around a cell of the finest one, by its indices; exact as theirs */
 static int32_t cell_in(const struct mill_grids *g, int in, const int32_t fine[3])
 {
     const struct mill_cells *c = &g->own[in];

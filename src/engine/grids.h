@@ -38,8 +38,7 @@ struct mill_grids {
     int classes;            /* from the smallest balls to the largest */
     struct mill_cells *own; /* [classes] of each class; own[0].cell: the finest cell of each ball */
     int8_t *class_of;       /* of each species */
-    /* Along each axis, cell i of the finest grid is in cell (i + before) / factor of a class's
-     * grid, less the margin of the finest */
+    /* Cell i of the finest grid is, along each axis, in cell (i + before) / factor - its margin */
     int32_t before[MILL_GRIDS_MOST];
     double per_factor[MILL_GRIDS_MOST];
     struct mill_grids_view view[MILL_GRIDS_MOST][MILL_GRIDS_MOST]; /* of a class, in a grid */
@@ -48,9 +47,8 @@ struct mill_grids {
     bool plain; /* one class and no periodic box */
 };
 
-/* Makes the grids of a mill. widening: how much wider than necessary the cells of the finest grid
- * are. No ball is in a cell yet. False when out of memory; mill_grids_release frees what init
- * allocated. */
+/* Makes the grids of a mill, without balls. widening: how much wider than necessary the finest
+ * cells are. False when out of memory; mill_grids_release frees what init allocated. */
 bool mill_grids_init(struct mill_grids *grids, const struct mill_world *world, double widening);
 void mill_grids_release(struct mill_grids *grids);
 
@@ -101,8 +99,7 @@ static inline int mill_grids_look(const struct mill_grids *g, int32_t species, i
 int32_t mill_grids_gather(const struct mill_grids *grids, int32_t species, int32_t cell,
                           int32_t *near);
 
-/* Are balls of these species in these cells near each other? image: of the other ball, so many
- * periods along x */
+/* Are balls of these species in these cells near each other? image: periods of the other along x */
 bool mill_grids_near(const struct mill_grids *grids, int32_t species, int32_t cell, int32_t other,
                      int32_t other_cell, int image);
 

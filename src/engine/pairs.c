@@ -3,8 +3,7 @@
  * their records, one cache line each, are loaded and transposed in registers, so that one vector
  * holds one coordinate of several balls (pairs_lanes.h). No branch depends on a result. Only the
  * few balls that close and touch soon enough need a square root. The variants differ in the width
- * of the vectors. The compiler must not contract multiplications and additions, so that all
- * variants give the same bits. */
+ * of the vectors. The compiler must not contract operations, so that all give the same bits. */
 #include "engine/pairs.h"
 
 #include <math.h>
@@ -62,8 +61,7 @@ INLINE int32_t keep2(const flags2 *flag, int32_t k, int32_t *kept)
     return first - (int32_t)(*flag)[1];
 }
 
-/* Lists the candidates of one look from k on, as offsets of their records, counted in doubles.
- * Returns how many. */
+/* Lists a look's candidates from k on, as offsets of their records in doubles; returns how many. */
 INLINE int32_t list(const struct mill_pairs *pairs, const struct mill_pairs_search *search,
                     const struct mill_grids_look *l, int32_t k)
 {
@@ -75,8 +73,7 @@ INLINE int32_t list(const struct mill_pairs *pairs, const struct mill_pairs_sear
     return n;
 }
 
-/* Finds the earliest of the contacts that were kept, if it is earlier than *found. Of equal times,
- * the one with the smaller ball is taken. */
+/* Finds the earliest kept contact, if earlier than *found; of equal times, of the smaller ball. */
 INLINE void choose(const struct mill_pairs *pairs, int32_t lanes, int64_t survivors,
                    struct mill_pair *found)
 {
@@ -87,8 +84,7 @@ INLINE void choose(const struct mill_pairs *pairs, int32_t lanes, int64_t surviv
         const double *of = pairs->terms + 3 * k - 2 * (k & (lanes - 1));
         const double gap = of[lanes] > 0.0 ? of[lanes] : 0.0;
         const double dt = gap / (sqrt(of[2 * lanes]) - of[0]);
-        /* Masks, because compilers make a branch of a choice, and half of these branches would be
-         * mispredicted. */
+        /* Masks: compilers make branches of choices, half of which would be mispredicted. */
         const int32_t take = -(int32_t)((dt < best) | ((dt == best) & (partner > other)));
         best = dt < best ? dt : best;
         partner ^= (partner ^ other) & take;

@@ -33,8 +33,7 @@ struct mill_pairs_search {
 /* Looks for the earliest contacts of one ball or of MILL_PAIRS_TOGETHER balls, which do not depend
  * on each other. The times of their records must be the local time `now`. Each search has buffers
  * of its own: pairs[together], search[together]. Of contacts at equal times, the one with the
- * smaller ball is taken. Returns the number of balls that it examined. All variants give the same
- * bits. */
+ * smaller ball is taken. Returns how many balls it examined. All variants give the same bits. */
 typedef int32_t mill_pairs_fn(const struct mill_pairs *pairs, struct mill_pairs_search *search,
                               int together, double now);
 

@@ -1,11 +1,9 @@
 /* The pair search for one width of vectors. pairs.c includes this file once for each and defines
  * OF(name), which adds the width to a name: LANES, the number of lanes; lanes and flags, vectors of
- * doubles and of 64-bit words; TARGET, the instructions that the compiler may use; SPLAT,
- * TRANSPOSE, RADII and keep. There is no include guard. */
+ * doubles and of 64-bit words; TARGET, the instructions to use; SPLAT, TRANSPOSE, RADII, keep. */
 
-/* Examines the candidates from k to n - 1, of one look, and returns the number of survivors so far.
- * plain: all balls are equal, and gravity has no part along x and y. Leaving out what is 0 saves
- * time. */
+/* Examines the candidates k to n - 1 of one look; returns the number of survivors so far. plain:
+ * all balls are equal, and gravity has no part along x and y: leaving out what is 0 saves time. */
 OF(TARGET)
 INLINE int64_t OF(examine)(const struct mill_pairs *pairs, const struct mill_pairs_search *search,
                            const struct mill_grids_look *look, int32_t k, int32_t n,
@@ -14,9 +12,8 @@ INLINE int64_t OF(examine)(const struct mill_pairs *pairs, const struct mill_pai
     const int32_t *restrict near = pairs->near;
     double *restrict terms = pairs->terms;
     int32_t *restrict kept = pairs->kept;
-    /* d and u are the relative position and velocity at `now`, s is the sum of the radii: b = d.u
-     * (< 0: closing), c = d.d - s^2 (< 0: overlapping), square = b^2 - (u.u) c (> 0: the paths lead
-     * to a contact). */
+    /* d, u: relative position and velocity at `now`, s: sum of the radii; b = d.u (< 0: closing), c
+     * = d.d - s^2 (< 0: overlapping), square = b^2 - (u.u) c (> 0: the paths lead to a contact) */
     const struct mill_ball *me = &pairs->ball[search->ball];
     const double *base = (const double *)pairs->ball;
     const double *radius = pairs->radius, mine = radius[me->species];
@@ -49,8 +46,7 @@ INLINE int64_t OF(examine)(const struct mill_pairs *pairs, const struct mill_pai
         STORE(&terms[3 * k], b);
         STORE(&terms[3 * k + OF(LANES)], c);
         STORE(&terms[3 * k + 2 * OF(LANES)], square);
-        /* the contact is not earlier than c / -2b: keep those that may be earlier than the best
-         * so far */
+        /* no contact is earlier than c / -2b: keep those that may be before the best so far */
         const OF(flags) flag = (b < 0.0) & (square > 0.0) & (c < b * window);
         survivors += OF(keep)(&flag, k, kept + survivors);
     }

@@ -6,10 +6,9 @@
 
 #include <stdlib.h>
 
-/* An elastic impact at the bodies' speed v gives a ball 2 m v. The force of ten such impacts within
- * the duration of one impact would press a soft sphere in three times as deep as one impact does.
- * Half or twice this number changes the power of a mill with pinches by 2 %; validation/dem
- * confirms ten. */
+/* An elastic impact at the bodies' speed v gives a ball 2 m v. The force of ten of them within the
+ * duration of one would press a soft sphere in three times as deep as one impact does. Half or
+ * twice this number changes the power of a mill with pinches by 2 %; validation/dem confirms it. */
 #define IMPACTS 10.0
 
 /* The fraction of the bodies' speed with which a pressed ball leaves other bodies. Three times this
@@ -17,9 +16,8 @@
  * only has more contacts and remains at rest on the wall. */
 #define PARTING 0.01
 
-/* The fraction of the force that presses a ball through a nip which is lost: the ball gives most of
- * the energy back. The power of mills with clearances of 0.9 to 1 diameters requires 0.03 to 0.05
- * (validation/dem). */
+/* The fraction of the pressing force that is lost in a nip: the ball gives most energy back. With
+ * clearances of 0.9 to 1 diameters, 0.03 to 0.05 give the right power (validation/dem). */
 #define LOST 0.04
 
 bool mill_pinches_create(struct mill_pinches *p, const struct mill_world *w)
@@ -78,9 +76,8 @@ double mill_pinches_meet(struct mill_pinches *p, const struct mill_world *w, int
 
 /* [N] The force that moves a ball of this radius through the nip between an edge and the surface
  * `against`. The ball slips on neither if the angle between them is less than the sum of both
- * angles of friction. If the ball is pressed in by d on both sides, the cosine of the angle is
- * changed by d (1 + cos) / r towards this limit. If it is pressed in by r (1 - cos) / 2, it passes
- * through. */
+ * angles of friction. Pressed in by d on both sides, it has a cosine of this angle that is d (1 +
+ * cos) / r nearer to this limit. Pressed in by r (1 - cos) / 2, it passes through. */
 static double passing(const struct mill_pinch *b, vec3 normal, double friction, double radius)
 {
     const double f = friction, g = b->friction, cosine = -vec3_dot(normal, b->against);

@@ -1,17 +1,14 @@
 /* Pinches: between hard spheres, a ball that a moving body presses against something meets both in
- * infinitely many contacts. A stiff soft sphere has one contact instead that lasts longer than an
- * impact. The program therefore treats such a ball as follows.
+ * infinitely many contacts. A stiff soft sphere has one contact instead, longer than an impact.
  *
- * A ball is pressed if it meets moving bodies again and again, each time within the duration of one
- * impact after the last time, and this has lasted longer than one duration. The contacts of a
- * pressed ball are no longer counted as impacts, and their restitution is zero. After such a
- * contact the ball leaves the other body at a small speed, so that the contacts do not become
- * infinitely many.
+ * So a ball is pressed if it meets moving bodies again and again, each time within the duration of
+ * one impact after the last time, and this has lasted longer than one duration. The contacts of a
+ * pressed ball no longer count as impacts, and their restitution is zero. After each, the ball
+ * leaves the other body at a small speed, so that they do not become infinitely many.
  *
- * The program lets a pressed ball go in two cases. First, it has got more impulse within one
- * duration than any impact could give: a soft ball would give way. Second, it is in a nip so narrow
- * that it slips on neither surface: a rigid ball would jam, while a soft ball rolls through and
- * gives back the stored energy. */
+ * The program lets a pressed ball go in two cases: it has got more impulse within one duration than
+ * any impact could give, where a soft ball would give way; or it is in a nip so narrow that it
+ * slips on neither surface, where a soft ball rolls through and gives back the stored energy. */
 #ifndef MILLSIM_PINCH_H
 #define MILLSIM_PINCH_H
 
@@ -52,8 +49,7 @@ static inline void mill_pinches_hold(struct mill_pinches *p, const struct mill_w
     p->held[i] = b->last - b->since > p->duration[w->ball[i].species];
 }
 
-/* Call this before ball i meets a body that can pinch. Returns the time since its last contact with
- * one for which it was pressed [s]. */
+/* Before ball i meets a body that can pinch. Returns how long it was pressed since the last [s]. */
 double mill_pinches_meet(struct mill_pinches *pinches, const struct mill_world *world, int32_t i,
                          double t);
 

@@ -15,8 +15,7 @@
 /* [sqrt(radius / g)] minimum duration of rest. A ball on top of another one falls off sooner. */
 #define WHILE 6.0
 
-/* Does each shape that moves at all move fast enough? A slower one would push balls so gently that
- * they would not wake others. */
+/* Does all that moves move fast enough? Slower shapes would push too gently to wake others. */
 static bool is_swift(const struct mill_schedule *q)
 {
     const struct mill_world *w = q->world;
@@ -99,8 +98,7 @@ int32_t mill_rest_near(const struct mill_rest *p, int32_t species, int32_t cell,
     return p->grids.classes > 0 ? mill_grids_gather(&p->grids, species, cell, near) : 0;
 }
 
-/* [s] until the flight from d with velocity u, relative to a ball at rest, brings both centres to
- * the distance `sum` [m] */
+/* [s] until a flight from d with velocity u, relative to a ball at rest, is `sum` [m] from it */
 static double meet(vec3 d, vec3 u, vec3 g, double sum, double window,
                    struct mill_poly_counts *counts)
 {

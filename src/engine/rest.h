@@ -36,21 +36,18 @@ static inline double mill_rest_room(const struct mill_rest *rest, double radius)
     return 0.05 * radius + rest->hop;
 }
 
-/* Do two balls of these species with their centres at `lower` and `upper` nearly touch, and can the
- * first hold up the second? Friction lets a ball lean on a lower one, or even on a higher one if
- * the contact is not too steep. */
+/* Do two balls of these species with centres at `lower` and `upper` nearly touch, and can the first
+ * hold up the second? By friction a ball leans on a lower one, or, if not steep, a higher one. */
 bool mill_rest_holds(const struct mill_schedule *schedule, int32_t species, vec3 lower,
                      int32_t upper_species, vec3 upper);
 
-/* Moves ball i, whose record says that it is asleep, into the rows of the sleeping balls. False
- * when out of memory */
+/* Moves ball i, whose record is asleep, into the rows of the sleeping balls. False: no memory */
 bool mill_rest_lie_down(struct mill_schedule *schedule, int32_t i);
 
 /* Ball i stops where it is: it is asleep and has no events. False when out of memory */
 bool mill_rest_sleep(struct mill_schedule *schedule, int32_t i);
 
-/* Ball i is awake from local time `now` on, at rest. The caller plans it. False when out of memory
- */
+/* Ball i is awake at local time `now`, at rest. The caller plans it. False when out of memory */
 bool mill_rest_wake(struct mill_schedule *schedule, int32_t i, double now);
 
 /* Lists the sleeping balls near a ball of this species in this cell of the finest grid and returns

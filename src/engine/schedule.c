@@ -1,7 +1,6 @@
 /* Plans the next event of each ball. First the earliest pair contact (pairs.c), then surfaces
- * within the search interval that the pair contact and the exit from the cell leave. The earliest
- * event goes into the calendar. The plan of the partner is not changed: its count of contacts shows
- * later whether the plan is stale. */
+ * within the interval that this and the exit from the cell leave. The earliest event goes into the
+ * calendar. The partner's plan stays: its count of contacts shows later whether it is stale. */
 #include "engine/schedule.h"
 
 #include "base/elementary.h"
@@ -13,8 +12,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* A ball that was let go is clear of the bodies at this gap, in radii. It starts with a gap of zero
- * and must not be pinched again at once. */
+/* [radii] A ball that was let go is clear at this gap; at zero it would be pinched again. */
 #define CLEAR 0.01
 /* A dilute gas, of which the smallest cells hold on average fewer than DILUTE balls, gets cells
  * that hold HELD balls. They are at most WIDEST diameters wide. */
@@ -64,9 +62,9 @@ static bool list_surfaces(struct mill_schedule *p)
     return true;
 }
 
-/* How much wider than necessary the cells are. The smallest possible cells are fastest if balls are
- * close together, which is so in every mill: gravity or a rotor gathers them. In a dilute gas,
- * larger cells make fewer crossings. */
+/* How much wider than necessary the cells are. The smallest are fastest if balls are close
+ * together, as in every mill, where gravity or a rotor gathers them. In a dilute gas, larger cells
+ * make fewer crossings. */
 static double widening_of(const struct mill_schedule *p)
 {
     const struct mill_world *w = p->world;
@@ -80,8 +78,7 @@ static double widening_of(const struct mill_schedule *p)
     return gas && held < DILUTE ? fmin(mill_elementary_cbrt(HELD / held), WIDEST) : 1.0;
 }
 
-/* Bounds of the movement of balls relative to bodies on a motion, and the time for which a pose of
- * the motion is used */
+/* Bounds of the movement of balls relative to bodies on a motion; for how long a pose is used */
 static struct mill_lately bounds_of(const struct mill_world *w, int motion, double thinnest)
 {
     const struct mill_motion_bounds b =
@@ -105,8 +102,7 @@ static struct mill_lately bounds_of(const struct mill_world *w, int motion, doub
     return l;
 }
 
-/* Number of balls for which there is room in the buffers: a multiple of a cache line, so that no
- * vector of the search crosses two lines */
+/* Room of the buffers [balls]: a multiple of a cache line, so that no vector crosses two lines */
 static size_t room_of(const struct mill_world *w)
 {
     return ((size_t)w->balls + MILL_PAIRS_ROOM + 7) / 8 * 8;
@@ -247,8 +243,7 @@ static bool is_clear(const struct mill_schedule *p, int32_t i, double now)
     return clear;
 }
 
-/* A recent pose of the motion. Poses are computed for fixed times, so that a resumed run uses the
- * same poses. */
+/* A recent pose of the motion. Poses are of fixed times, so that a resumed run uses the same. */
 static const struct mill_lately *look_lately(struct mill_schedule *p, int32_t motion, double now)
 {
     struct mill_lately *l = &p->lately[motion];
@@ -271,8 +266,7 @@ static const struct mill_lately *look_lately(struct mill_schedule *p, int32_t mo
 }
 
 /* The flight of a ball within `window` [s] relative to bodies on a motion. In their frame its speed
- * changes by gravity, Coriolis, centrifugal and Euler parts, and the frame has moved slightly since
- * its pose was computed. */
+ * changes by gravity, Coriolis, centrifugal, Euler parts; the frame has moved since its pose. */
 static void place_in(const struct mill_lately *l, double now, double window, struct mill_flight *f)
 {
     const double age = now - l->t;
@@ -300,8 +294,7 @@ static void search_surfaces(struct mill_schedule *p, int32_t i, double now, doub
     struct mill_flight flight;
     const struct mill_lately *l = NULL; /* of the motion `seen` */
     int32_t seen = MILL_NOBODY;
-    double turn = 0.0; /* [rad] maximum turn of the motion from its pose to the end of the
-                          interval */
+    double turn = 0.0; /* [rad] maximum turn of the motion from its pose to the interval's end */
     bool placed = false;
     mill_flight_set(&flight, ball->r, ball->v, w->g, p->pull, &p->world->counts.quartics);
     const struct mill_surface *end = p->surface + p->surface_start[cell + 1];
@@ -317,8 +310,7 @@ static void search_surfaces(struct mill_schedule *p, int32_t i, double now, doub
                 seen = near->motion;
                 placed = false;
             }
-            /* most bodies are out of reach due to their angle, for any path of the ball in its
-             * cell */
+            /* most bodies are out of reach by their angle, for any path of the ball in its cell */
             if (l->cos * (double)near->y + l->sin * (double)near->z < (double)near->cos - turn)
                 continue;
             if (!placed)

@@ -24,8 +24,7 @@ struct mill_plan {
     double shape_t; /* of a contact, or of the continuation of a search; only within the cell */
     double exit_t;
     int32_t partner;
-    uint32_t partner_contacts; /* the partner's count of contacts when this was found; if it has
-                                  changed, the plan is stale */
+    uint32_t partner_contacts; /* the partner's count then; if it has changed, the plan is stale */
     int16_t shape;
     int16_t face;
     int32_t next;            /* enum mill_next: which of the three times is the earliest */
@@ -81,8 +80,7 @@ struct mill_schedule {
     double horizon;             /* [s] local time up to which surfaces are searched */
     double *radius;             /* [m] of each species */
     double thinnest, widest;    /* [m] of these radii */
-    int32_t *surface_start; /* [cells + 1] indices into surface: the shapes that balls in each cell
-                               can touch */
+    int32_t *surface_start; /* [cells + 1] into surface: the shapes in reach of balls in a cell */
     struct mill_surface *surface;
     int32_t foreseen[MILL_SCHEDULE_FORESEEN]; /* balls whose events are due soon, or MILL_NOBODY */
     uint32_t foresights;                      /* how often this ring was written */
@@ -120,25 +118,21 @@ void mill_schedule_ball(struct mill_schedule *schedule, int32_t i, double now, i
 /* Makes new plans for two balls that have met, at the same time: faster than one after the other */
 void mill_schedule_two(struct mill_schedule *schedule, int32_t i, int32_t j, double now);
 
-/* Moves ball i into the next cell, as planned. It searches only the cells that are new around the
- * ball and keeps the earliest pair contact found before. The time of its record must be `now`.
- * False when out of memory. */
+/* Moves ball i into the next cell, as planned, and searches only the cells that are new around it;
+ * it keeps the earliest pair contact found before. Its record must be of `now`. False: no memory */
 bool mill_schedule_cross(struct mill_schedule *schedule, int32_t i, double now);
 
-/* Loads the data of events due soon into the cache. Called once per event, for mills larger than
- * the cache. */
+/* Loads the data of events due soon. Called once per event, for mills larger than the cache. */
 void mill_schedule_ahead(struct mill_schedule *schedule);
 
 /* Forgets which events are due soon: some may be in other hands now. */
 void mill_schedule_ahead_again(struct mill_schedule *schedule);
 
-/* Lists in pairs->near the balls near ball i, itself and those asleep included, and returns how
- * many. */
+/* Lists in pairs->near the balls near ball i, itself and those asleep too; returns how many. */
 int32_t mill_schedule_near(struct mill_schedule *schedule, int32_t i);
 
-/* Deepest overlap of ball i with its neighbours and the surfaces at local time t [m]; <= 0: none.
- * For a ball that was let go, bodies that can pinch do not count. INFINITY: its position is not a
- * number. */
+/* Deepest overlap of ball i with its neighbours and the surfaces at local time t [m]; <= 0: none. A
+ * ball that was let go ignores bodies that can pinch. INFINITY: its position is not a number. */
 double mill_schedule_overlap(struct mill_schedule *schedule, int32_t i, double t);
 
 #endif

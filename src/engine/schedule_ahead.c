@@ -1,16 +1,14 @@
 /* Foresight: in a large mill, the data of the next event are not in the cache, and each address
  * comes from the previous data: from the event to its ball, from the ball to its cell, from the
  * cells around it to their balls. So every event prefetches a part of the data of later events, in
- * three steps. Each step comes after the data of the step before have arrived. No result depends on
- * it. */
+ * three steps, each after the data of the one before have arrived. No result depends on it. */
 #include "engine/slabs.h"
 
 #include <stdlib.h>
 
 #define STEP 2 /* items from one step to the next */
 
-/* The empty asm statement keeps the calls: the compiler would omit calls of functions that only
- * prefetch. */
+/* The empty asm keeps the calls: compilers omit calls of functions that only prefetch. */
 static void fetch(const void *address)
 {
     __builtin_prefetch(address, 0);
@@ -54,8 +52,7 @@ static void fetch_neighbours(const struct mill_schedule *p, const struct mill_gr
 
 /* Calls a function for the cells that ball i's event will search: the cells around the ball and, if
  * it is in another cell, around its partner; after a crossing, only the cells that are new around
- * it. A partner that is no longer near has had another contact; and it may be in the hands of
- * another thread. */
+ * it. A partner that is no longer near has had another contact; another thread may have it. */
 static void look(const struct mill_schedule *p, int32_t i,
                  void (*fetch_these)(const struct mill_schedule *, const struct mill_grids_look *))
 {

@@ -1,6 +1,5 @@
-/* One event: the balls move to it, get their new velocities and new plans. A contact is written
- * into the account and told to the observers, at once or, if other threads work on other events,
- * later in order of time. */
+/* One event: the balls move to it, get new velocities and plans. A contact is written into the
+ * account and told to the observers, at once or, beside other threads, later in order of time. */
 #include "engine/sim_private.h"
 #include "geometry/shape.h"
 
@@ -32,9 +31,8 @@ static bool in_burst(const struct mill_sim *sim, int32_t i, int32_t j)
            now - sim->met[j] < sim->touch[w->ball[j].species];
 }
 
-/* Gives their impulses to ball i and ball j; j MILL_NOBODY: only i. n: from i into its partner. The
- * caller has set kind, ball, partner and position of the impact. This function fills in the rest.
- */
+/* Gives ball i and ball j (MILL_NOBODY: only i) their impulses, and fills in the rest of the entry
+ * that begin_entry has made. n: from i into its partner */
 static void resolve(struct mill_sim *sim, int32_t i, int32_t j, double reduced_mass, vec3 n,
                     vec3 slip, struct mill_sim_entry *entry)
 {
@@ -55,10 +53,9 @@ static void resolve(struct mill_sim *sim, int32_t i, int32_t j, double reduced_m
         law.restitution = 0.0;
         least = sim->pinches.parting;
     }
-    /* In a corner, friction and the rebound floor can cause contacts without end at the same time:
-     * the floor gives back the energy that friction takes. If time does not advance, contacts are
-     * therefore computed without friction until it advances again. Then the floor separates the
-     * bodies. */
+    /* In a corner, friction and the rebound floor can cause contacts without end: the floor gives
+     * back the energy that friction takes. If time does not advance, contacts are therefore without
+     * friction until it does. Then the floor separates the bodies. */
     if (mill_bridges_give(&sim->bridges, w, i, sim->now) &&
         (j == MILL_NOBODY || mill_bridges_give(&sim->bridges, w, j, sim->now)))
         law.friction = 0.0;

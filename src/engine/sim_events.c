@@ -4,8 +4,7 @@
 
 void mill_sim_watch(struct mill_watch *w, double t)
 {
-    /* less than a nanosecond is no advance: hops that shrink to the resolution of time still
-     * advance it */
+    /* by a nanosecond at least: hops that shrink to the resolution of time still advance it */
     if (t > w->last + 1e-9) {
         w->last = t;
         w->standing = 0;

@@ -68,8 +68,7 @@ void mill_sim_lane_begin(struct mill_lanes *lanes, const struct mill_window *win
 void mill_sim_lane_work(struct mill_lanes *lanes, int k, const struct mill_window *window,
                         double most);
 
-/* Carries out the events that were put off, and those that come from them. false: one came too
- * early, or a lane has failed. */
+/* Carries out what was put off, and what comes from it. false: one was too early, or it failed */
 bool mill_sim_lane_work_off(struct mill_lanes *lanes, const struct mill_window *window);
 
 /* Takes back all events of a window. Of two, that of the later one comes first. */
@@ -78,8 +77,7 @@ void mill_sim_lane_undo(struct mill_lanes *lanes, const struct mill_window *wind
 /* Number of events of a window */
 uint64_t mill_sim_lane_events(const struct mill_lanes *lanes, const struct mill_window *window);
 
-/* The lane with the first event of a window from the numbers at[lanes] on; -1: none, or two are at
- * the same time */
+/* The lane with the first event of a window from numbers at[lanes] on; -1: none, or two at once */
 int mill_sim_lane_first(const struct mill_lanes *lanes, const struct mill_window *window,
                         const size_t *at);
 

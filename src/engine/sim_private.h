@@ -1,5 +1,4 @@
-/* Declarations shared by the parts of the event loop (sim*.c). No other file includes this one,
- * except those that check a run (proof/). */
+/* Declarations shared by the parts of the event loop (sim*.c), and by what checks it (proof/) */
 #ifndef MILL_SIM_PRIVATE_H
 #define MILL_SIM_PRIVATE_H
 
@@ -49,8 +48,7 @@ struct mill_soft;
 
 struct mill_sim {
     struct mill_world *world;
-    struct mill_soft *soft; /* instead of the schedule and all that belongs to it; NULL: the spheres
-                               are hard */
+    struct mill_soft *soft; /* instead of the schedule and what belongs to it; NULL: hard spheres */
     struct mill_schedule *schedule;
     struct mill_pinches pinches;
     struct mill_bridges bridges;
@@ -85,16 +83,14 @@ static inline void mill_sim_look_clear(struct mill_sim *sim, int32_t i)
         mill_sim_clear(sim, i);
 }
 
-/* Carries out all events before local time `limit` [s], or until the budget is 0 or *stop is not
- * (sim_events.c). */
+/* Carries out all events before local time `limit` [s], or until the budget or *stop ends it. */
 void mill_sim_take_events(struct mill_sim *sim, double limit, uint64_t *budget,
                           const volatile sig_atomic_t *stop);
 
 /* Where to write the next contact (sim_account.c): into the log, or for a while into the loop */
 struct mill_sim_entry *mill_sim_next_entry(struct mill_sim *sim);
 
-/* This has happened: it goes into the account and to the observers, if there is no log
- * (sim_account.c). */
+/* This has happened: it goes to the account and the observers, if there is no log. */
 void mill_sim_record(struct mill_sim *sim, const struct mill_sim_entry *entry);
 
 /* Adds the work of a surface that gives this impulse [N s] to a ball, to the account and the part
@@ -104,8 +100,7 @@ void mill_sim_book_work(struct mill_account *account, const struct mill_motion *
                         const struct mill_pose *poses, double now, vec3 impulse, vec3 point,
                         vec3 velocity);
 
-/* A contact of soft spheres has ended: as mill_sim_record, but works and losses are in the account
- * already. */
+/* A contact of soft spheres has ended: as mill_sim_record, but work and losses are booked. */
 void mill_sim_count(struct mill_sim *sim, const struct mill_sim_entry *entry);
 
 /* An observer has returned this status. false: it has failed, and no other one is called any more.
@@ -140,8 +135,7 @@ static inline void mill_sim_move(struct mill_world *w, int32_t i, double t)
 /* balls, from which schedule_ahead.c saves more time than it takes */
 enum { MILL_SIM_LARGE = 20000 };
 
-/* insists: one thread never goes on alone because this is faster. NULL: out of memory, or the mill
- * is too short */
+/* insists: one thread never goes on alone because it is faster. NULL: no memory, or too short */
 struct mill_sim_slabs *mill_sim_slabs_create(struct mill_sim *sim, int threads, bool insists);
 void mill_sim_slabs_free(struct mill_sim_slabs *slabs);
 
@@ -152,8 +146,7 @@ int mill_sim_slabs_count(const struct mill_sim_slabs *slabs);
 void mill_sim_slabs_begin(struct mill_sim_slabs *slabs);
 void mill_sim_slabs_end(struct mill_sim_slabs *slabs);
 
-/* As mill_sim_take_events, on all threads. The events of a window are done as a whole, also if they
- * are more than the budget. */
+/* As mill_sim_take_events, on all threads. It ends with a whole window, also beyond the budget. */
 void mill_sim_slabs_run(struct mill_sim *sim, double limit, uint64_t *budget,
                         const volatile sig_atomic_t *stop);
 
@@ -162,16 +155,14 @@ void mill_sim_watch(struct mill_watch *watch, double t);
 
 /* ---- balls at rest (sim_rest.c) ---- */
 
-/* At the begin of an epoch, before balls are planned: balls that have rested fall asleep; those
- * that nothing holds wake up. */
+/* Before an epoch is planned: balls that have rested fall asleep; those that nothing holds wake. */
 void mill_sim_rest_settle(struct mill_sim *sim);
 
 /* Ball i and ball j, one of which may be asleep, meet now with this normal speed [m/s]. Returns the
  * one that stays asleep: it acts like a wall. MILL_NOBODY: both are awake now. */
 int32_t mill_sim_rest_meet(struct mill_sim *sim, int32_t i, int32_t j, double speed);
 
-/* Ball i has moved to its event, which is due now. If it has left its place, the balls that it has
- * held up wake up. */
+/* Ball i has moved to its event, due now. If it has left its place, those that it held wake up. */
 void mill_sim_rest_follow(struct mill_sim *sim, int32_t i);
 
 #endif

@@ -104,8 +104,7 @@ static void do_inside(void *slabs, int k)
     mill_sim_lane_work(&s->of, k, &s->now, RUNAWAY * aim_of(s));
 }
 
-/* Second part: one thread carries out the events that were put off. A second one settles the last
- * window. */
+/* Second part: one thread does what was put off; a second one settles the last window. */
 static void do_rest(void *slabs, int k)
 {
     struct mill_sim_slabs *s = slabs;

@@ -19,8 +19,7 @@ static bool is_index(int32_t index, int32_t count, double time)
            (index != MILL_NOBODY || isinf(time));
 }
 
-/* Checks the indices of a ball, which may come from a damaged file. If the plan has an event, the
- * event has a partner or a shape. */
+/* Checks the indices of a ball, maybe of a damaged file. An event has a partner or a shape. */
 static bool is_sane(const struct mill_sim *sim, int32_t i, int32_t cell)
 {
     const struct mill_world *w = sim->world;
@@ -54,8 +53,7 @@ static void tell_world(struct mill_sim *s, struct mill_state *state)
     mill_state_structs(state, "spin", sizeof *w->spin, n, w->spin);
 }
 
-/* cell: the cell of each ball. When saving, it is the grid's array; when loading, an array of the
- * caller. */
+/* cell: of each ball; when saving, the grid's array, when loading, one of the caller */
 static void tell_fields(struct mill_sim *s, int32_t *cell, struct mill_state *state)
 {
     const struct mill_rest *rest = &s->schedule->rest;
@@ -74,8 +72,7 @@ static void tell_fields(struct mill_sim *s, int32_t *cell, struct mill_state *st
                      rest->calm_epochs);
 }
 
-/* Restarts the motions once per epoch, as the run did: their phases contain the sum of the rounding
- * errors. */
+/* Restarts the motions once per epoch, as the run did: their phases contain the rounding errors. */
 static void restart_motions(const struct mill_world *w)
 {
     for (double t = 0.0; t < w->base; t += MILL_WORLD_EPOCH)

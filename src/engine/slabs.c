@@ -1,8 +1,7 @@
 /* Slabs of the mill. Two events can influence each other only if blocks in which they change balls
  * are the same or next to each other. An event changes balls in the block of its ball and at most
  * in one block next to it. Hence the distances: an event that a thread puts off near the border of
- * its slab changes balls up to one layer beyond, and two layers further the thread of the other
- * slab may work. */
+ * its slab changes balls up to one layer beyond, and two layers further the other one may work. */
 #include "engine/slabs.h"
 
 #include "base/memory.h"
@@ -37,8 +36,7 @@ static int slab_of(const struct mill_slabs *s, int32_t block)
     return k;
 }
 
-/* The contacts since the last call of the balls below each layer of the mill. NULL: out of
- * memory */
+/* Contacts since the last call of the balls below each layer of the mill. NULL: out of memory */
 static double *contacts_below(struct mill_slabs *s)
 {
     const struct mill_world *w = s->schedule->world;
@@ -54,8 +52,7 @@ static double *contacts_below(struct mill_slabs *s)
 }
 
 /* The layer between `least` and `most` where a cut costs least: slabs below it should have `due`
- * contacts, and few of them at the cut, because they are put off. sum: contacts below
- * each layer */
+ * contacts, few of them at the cut, because these are put off. sum: contacts below each layer */
 static int32_t best_cut(const double *sum, int32_t least, int32_t most, double due)
 {
     int32_t best = least;
@@ -230,8 +227,7 @@ int32_t mill_slabs_next(struct mill_slabs *s, double *t)
     return first;
 }
 
-/* The blocks in which ball i's event changes balls; returns their number. *cell: in which the ball
- * is afterwards */
+/* The blocks in which ball i's event changes balls; returns how many. *cell: the ball's then */
 static int places_of(const struct mill_slabs *s, int32_t i, int32_t place[2], int32_t *cell)
 {
     const struct mill_plan *plan = &s->schedule->plan[i];

@@ -1,10 +1,9 @@
 /* Slabs: the mill is cut along x into slabs. Each has a calendar of its own, so that several
  * threads can carry out events at the same time. A thread works inside its slab, away from the
- * other slabs. What happens near them is put off, with all that could depend on it, until the
- * threads have come to the end of a window of time; then one thread does it. Marks in the blocks
- * tell what must wait, and show afterwards whether an event came too early. A block is a cell of
- * the coarsest grid: until a ball leaves its cell, it can only touch balls in blocks next to its
- * own. */
+ * others. What happens near them is put off, with all that could depend on it, until the threads
+ * have come to the end of a window of time; then one thread does it. Marks in the blocks tell what
+ * must wait, and show afterwards whether an event came too early. A block is a cell of the coarsest
+ * grid: until a ball leaves its cell, it touches only balls in blocks next to its own. */
 #ifndef MILLSIM_SLABS_H
 #define MILLSIM_SLABS_H
 
@@ -17,11 +16,9 @@ struct mill_slab {
     struct mill_calendar *calendar;
 };
 
-/* What has happened in a block. Windows are known by a tag, because the search for marks is mostly
- * the search for memory. */
+/* What happened in a block. Windows have tags: the search for marks is mostly one for memory. */
 struct mill_slab_mark {
-    float done; /* [s] since the begin of the window, rounded up: the last event that a thread has
-                   carried out here, */
+    float done; /* [s] since the begin of the window, rounded up: a thread's last event here, */
     uint16_t window; /* in the window with this tag */
     uint16_t waits;  /* tag of the window in which events here must wait */
 };
@@ -79,8 +76,7 @@ int32_t mill_slabs_next(struct mill_slabs *slabs, double *t);
  * as done. If not, marks all events near it as waiting, and takes it out of the calendar. */
 bool mill_slabs_claim(struct mill_slabs *slabs, const struct mill_slab *slab, int32_t i, double t);
 
-/* Has a thread carried out an event that ball i's event, due at local time t, can depend on or
- * change, and that is later? */
+/* Has a thread carried out a later event that ball i's event, due at t, can depend on or change? */
 bool mill_slabs_passed(const struct mill_slabs *slabs, int32_t i, double t);
 
 #endif

@@ -10,8 +10,7 @@
 
 /* ---- the law (soft_law.c) ---- */
 
-/* Numbers without a dimension: forces are these, times the spring or the square root of spring and
- * reduced mass */
+/* Without a dimension: forces are these times the spring, or the root of spring and reduced mass */
 struct mill_soft_damping {
     double normal;     /* dashpot */
     double spring;     /* tangential spring, as a share of the normal one */
@@ -29,8 +28,7 @@ struct mill_soft_spring {
     double friction; /* Coulomb's coefficient */
     struct mill_soft_damping damping;
     const struct mill_fall *fall;           /* restitution that falls with the speed; NULL: none */
-    const struct mill_soft_damping *damped; /* [MILL_SOFT_ROWS] for restitutions from
-                                               MILL_SOFT_LEAST to 1 */
+    const struct mill_soft_damping *damped; /* [MILL_SOFT_ROWS] for e = MILL_SOFT_LEAST to 1 */
 };
 
 /* a smaller restitution is taken as this one */
@@ -50,8 +48,7 @@ void mill_soft_springs_free(struct mill_soft_spring *springs, const struct mill_
 
 /* ---- contacts ---- */
 
-/* A contact that lasts. It is directed from ball a, the one with the smaller number, to its
- * partner. */
+/* A contact that lasts. It is directed from ball a, with the smaller number, to its partner. */
 struct mill_soft_touch {
     int32_t a, b; /* balls; b: MILL_NOBODY for a surface */
     int32_t shape,
@@ -90,9 +87,8 @@ struct mill_soft_load {
     vec3 force, torque; /* [N], [N m]; or times s */
 };
 
-/* What contacts need of a ball besides its place; of its size is a line of the cache, because
- * those of other parts come from other cores. Velocities are predicted: at the end of the step,
- * without the change of its forces. */
+/* What contacts need of a ball besides its place: a line of the cache, because those of other parts
+ * come from other cores. Velocities are predicted: at the step's end, without changes of forces. */
 struct mill_soft_course {
     vec3 v, w;               /* [m/s], [rad/s] */
     int32_t number, species; /* of the ball */
@@ -228,12 +224,10 @@ struct mill_soft {
     uint64_t tells;          /* so far */
 };
 
-/* Makes them from the world at t = 0, with these springs, which it then owns. NULL: out of memory
- */
+/* From the world at t = 0, with these springs, which it then owns. NULL: out of memory */
 struct mill_soft *mill_soft_create(struct mill_world *world, struct mill_soft_spring *spring);
 void mill_soft_free(struct mill_soft *soft);
-/* Takes all steps that end until local time `limit` [s], as mill_sim_take_events; the world is then
- * at the last of them. */
+/* As mill_sim_take_events: all steps that end until `limit` [s]; the world is then at the last. */
 void mill_soft_run(struct mill_sim *sim, double limit, uint64_t *budget,
                    const volatile sig_atomic_t *stop);
 
@@ -302,14 +296,12 @@ void mill_soft_press(struct mill_soft *soft, struct mill_soft_part *part);
  * dashpots, and gives the state of all balls several times in each contact. NULL: out of memory */
 struct mill_soft *mill_soft_watch_create(struct mill_world *world);
 
-/* The springs from now on. spring: stiffness [N/m] and dashpot [kg/s] of all kinds and species, in
- * the order of mill_soft_springs; shear: their shares for a tangential spring and dashpot. All
- * contacts are over. */
+/* The springs from now on, of all kinds and species in the order of mill_soft_springs: stiffness
+ * [N/m], dashpot [kg/s]; shear: their shares along the surface. All contacts are over. */
 void mill_soft_watch_springs(struct mill_soft *soft, double interval, const double shear[2],
                              const double (*spring)[2]);
 
-/* Where the samples' frame is in the laboratory: a point p of it at origin + p.x x + p.y y + p.z z.
- * It does not turn. */
+/* The samples' frame, which does not turn: a place p in it is origin + p.x x + p.y y + p.z z */
 struct mill_soft_frame {
     vec3 origin, velocity, x, y, z;
 };

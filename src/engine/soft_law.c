@@ -50,8 +50,7 @@ static struct motion after(const struct motion *m, double dt, const struct motio
                            m->shift + dt * c->shift, m->slip + dt * c->slip};
 }
 
-/* An impact with normal speed 1 and slip 1 (by the midpoint rule): the motion at its end. Sets the
- * duration. */
+/* An impact with normal speed 1 and slip 1 (midpoint rule): its end. Sets the duration. */
 static struct motion strike(struct mill_soft_damping *d, bool hertz)
 {
     struct motion m = {0.0, 1.0, 0.0, 1.0};
@@ -135,8 +134,7 @@ struct mill_soft_damping mill_soft_damping_at(const struct mill_soft_spring *spr
         mix(a->tangential, b->tangential, share), mix(a->duration, b->duration, share)};
 }
 
-/* [m/s] The fastest surface, or the fastest ball at the start; at least FALL of a fall through the
- * mill */
+/* [m/s] The fastest surface, or ball at the start; at least FALL of a fall through the mill */
 static double find_speed(const struct mill_world *w)
 {
     double speed = 0.0;
@@ -154,8 +152,7 @@ static double find_speed(const struct mill_world *w)
     return speed > 0.0 ? speed : 1.0;
 }
 
-/* A linear spring that stores the energy of an impact at this speed at the same depth as Hertz'
- * law does */
+/* A linear spring: an impact at this speed is as deep as with Hertz' law */
 static double stiffness(const struct mill_world *w, double mass, double radius)
 {
     const double reduced = w->soft.modulus / (2.0 * (1.0 - POISSON * POISSON)), root = sqrt(radius);

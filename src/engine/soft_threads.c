@@ -1,5 +1,4 @@
-/* The threads of the soft spheres: each does some parts of a phase, then they wait for each other.
- */
+/* The threads of the soft spheres: each does some parts of a phase, then waits for the others */
 #include "engine/soft.h"
 
 /* Costs have the unit of 10 ns, more or less. */

@@ -1,10 +1,8 @@
 /* The run of another program that computes soft spheres. It gives the state of all balls several
- * times in each contact; here are the contacts of these samples, found as those of our own soft
- * spheres, with the same lists and the same shapes.
+ * times in each contact; the contacts are found as our own, with the same lists and shapes.
  *
  * At the first sample of a contact the equation of the damped spring gives, from overlap and
- * closing speed, speed and time of the impact. Sums over the samples give what dashpots and, at
- * surfaces, friction take. */
+ * closing speed, speed and time of the impact. Sums over samples give the losses. */
 #include "engine/soft.h"
 
 #include <math.h>
@@ -154,8 +152,7 @@ static double power_of(const struct mill_motion *m, double t, vec3 force, vec3 t
 }
 
 /* The walls and gravity alone change momentum and angular momentum of the balls. So the force of
- * all walls is known without the contacts; its power is the work of the motions that move all
- * walls. */
+ * all walls is known without the contacts; its power is the work of what moves all walls. */
 static void balance(struct mill_soft *s)
 {
     const struct mill_world *w = s->world;
@@ -195,8 +192,7 @@ static vec3 outside(const struct mill_soft_frame *f, const double p[3])
     return vec3_axpy(vec3_axpy(vec3_scale(f->x, p[0]), p[1], f->y), p[2], f->z);
 }
 
-/* Sets the balls. Returns how far a ball has gone since the last sample, at most [m]; -1, and sets
- * `error`: impossible numbers. */
+/* Sets the balls; returns the longest way since the last sample [m], or -1 with `error` */
 static double seat(struct mill_soft *s, const struct mill_soft_frame *f, const double (*row)[ROW],
                    struct mill_error *error)
 {
@@ -276,8 +272,7 @@ static double closed(const struct mill_soft *s)
     return CLOSED * s->thickest;
 }
 
-/* Collects how far the two move apart, and a little more: each half of an overlap, or a ball all of
- * it at a surface. */
+/* Collects how far two move apart, and a bit more: half an overlap each, or all at a surface */
 static void part(struct mill_soft *s, struct mill_soft_part *p, const struct mill_soft_meeting *m,
                  struct mill_soft_touch *t)
 {

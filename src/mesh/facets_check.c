@@ -163,9 +163,8 @@ static bool pierces(const struct mill_facets_check *c, const struct meeting *m, 
 }
 
 /* What is wrong where a side meets a facet, and at which part of the side? The side may go through
- * the facet. In the plane of a facet of another shell, the surface may go through it there, or
- * touch it, or a face that lies on the facet ends there. That is no fault if both are parts of one
- * face and the smaller one is hidden. */
+ * it. In the plane of a facet of another shell, the surface may go through or touch it there, or a
+ * face on it ends there: no fault if both are parts of one face and the smaller one is hidden. */
 static const char *judge(const struct mill_facets_check *c, const struct meeting *m, double *at)
 {
     const vec3 *p = c->facet[m->facet[2]];

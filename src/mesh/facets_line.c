@@ -1,7 +1,6 @@
-/* Which facets does a straight line meet? As n needles of a fan all meet at their common corner, a
- * line from there leaves out the nodes of many facets that all have this corner. It cannot go
- * through these. If it lies on them, as a side of another solid, it is between two of them, and
- * covers less than one. */
+/* Which facets does a straight line meet? The n needles of a fan all meet at their common corner: a
+ * line from there leaves out nodes of many facets with this corner. It cannot go through these;
+ * lying on them, as a side of another solid, it is between two of them, and covers less than one */
 #include "mesh/facets_unite.h"
 
 static bool meets(const struct mill_facets_line *line, const struct mill_facets_sheath *s)

@@ -1,8 +1,7 @@
 /* The shells of a mesh: facets that hang together by their sides. */
 #include "mesh/facets_unite.h"
 
-/* As brackets are paired: sides that wait for a partner are a list, each with the one before it in
- * pair[]. */
+/* As brackets are paired: sides that wait are a list, each with the one before it in pair[]. */
 size_t mill_facets_pair(struct mill_facets_joints *j, const bool *gone)
 {
     size_t alone = 0;

@@ -141,8 +141,7 @@ static bool hide(struct mill_facets_check *c)
 
 /* ---- rooms ---- */
 
-/* A shell of the union, in a list with an element for each facet: that of the facet whose number
- * the shell has. */
+/* A shell of the union: the element of the facet whose number it has, in a list of all facets */
 struct room {
     int32_t around; /* the next shell around it; -1: none */
     int32_t sum;    /* of the signs, on the way to the outside */

@@ -12,9 +12,8 @@
  * that do not count any more. Returns the number of sides without a partner. */
 size_t mill_facets_pair(struct mill_facets_joints *joints, const bool *gone);
 
-/* Sets root[n] to one facet of the shell that each facet belongs to: of the facets that hang
- * together by paired sides. apart: not by edges of more than two facets, where the pairs are only
- * likely. */
+/* Sets root[n] to one facet of the shell of each facet: of those that hang together by paired
+ * sides. apart: not by edges of more than two facets, where the pairs are only likely */
 void mill_facets_shells(const struct mill_facets_joints *joints, bool apart, int32_t *root);
 
 /* A set is a tree of elements: each has the number of another one, the root its own. */
@@ -34,8 +33,7 @@ static inline void mill_facets_merge(int32_t *root, int32_t one, int32_t other)
 /* ---- lines (facets_line.c) ---- */
 
 /* A walk through all facets that the line from `from` to from + way may meet, in a tree with
- * sheaths. It leaves out nodes with one of the hubs `skip`; -1: none. It begins with zeros in the
- * other members. */
+ * sheaths, without nodes of the hubs `skip` (-1: none). The other members begin as zeros. */
 struct mill_facets_line {
     const struct mill_facets_tree *tree;
     vec3 from, way;
@@ -104,11 +102,10 @@ void mill_facets_check_areas(struct mill_facets_check *check);
 bool mill_facets_check_edges(struct mill_facets_check *check, bool united);
 bool mill_facets_check_crossings(struct mill_facets_check *check);
 
-/* Checks a mesh of any number of shells, whose facets face out of their solids, and leaves only the
- * facets that the balls can meet: the surface of the union of the solids. Their order is kept. A
+/* Checks a mesh of any number of shells, whose facets face out of their solids, and leaves only
+ * those that the balls can meet: the surface of the union of the solids. Their order is kept. A
  * container may also be given as a solid: then the balls are in the room within it, and the facets
- * are turned over. Facets are numbered from 1. With faults, *is remains as it was. false: out of
- * memory. */
+ * are turned over. Facets count from 1. With faults, *is stays as it was. false: out of memory. */
 bool mill_facets_unite(struct mill_body *is, vec3 (*facet)[3], struct mill_facets_report *report);
 
 #endif

@@ -1,7 +1,6 @@
-/* What does GSL say of a contact time? Its roots are eigenvalues of the companion matrix, by the QR
- * algorithm, in y = 1/t: early times are large roots then, which are accurate. Multiple roots are
- * ill-conditioned, but the polynomial with these roots is not: this file asks it for signs.
- * docs/design.md derives its error. */
+/* What does GSL say of a contact time? Its roots are eigenvalues of the companion matrix (QR
+ * algorithm) in y = 1/t: early times are large, accurate roots. Multiple roots are ill-conditioned,
+ * but not the polynomial with these roots: it is asked for signs. docs/design.md has its error. */
 #include "proof/paranoid.h"
 
 #include <complex.h>

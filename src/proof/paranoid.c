@@ -63,17 +63,15 @@ static struct pair relate(const struct mill_sim *sim, int32_t i, int32_t j, int 
     k.d.x = image == NEAREST ? mill_world_image(w, k.d.x) : k.d.x + image * grids->period;
     k.sum = radius_of(w, i) + radius_of(w, j);
     k.gap = vec3_norm(k.d) - k.sum;
-    /* rounding errors of the squares of distances, up to those of the cells around, as errors of
-     * the gap */
+    /* rounding of the squares of distances, up to those of the cells around, as errors of a gap */
     const double square = 4.0 * (side[0] * side[0] + side[1] * side[1] + side[2] * side[2]) / k.sum;
     k.slack = MILL_SIM_ROUNDINGS *
               (mill_paranoid_size(w) + square + vec3_norm(k.u) * sim->schedule->horizon);
     return k;
 }
 
-/* Bound of the rounding errors of the gap of ball i to a surface, from one local time to another
- * [m]. It includes the squares of all distances on the way, and the movement of ball and surface
- * within the resolution of time. */
+/* [m] Bound of the rounding errors of ball i's gap to a surface, from one local time to another: of
+ * the squares of all distances on the way, and of what moves within the resolution of time */
 static double surface_slack(const struct mill_sim *sim, int32_t i, double from, double to)
 {
     const struct mill_world *w = sim->world;
@@ -149,8 +147,7 @@ bool mill_paranoid_touch(struct mill_sim *sim, int32_t i, const struct mill_plan
            (!(plan->shape_t <= horizon) || touch_surface(sim, i, plan));
 }
 
-/* Does ball i touch what it has met now by the plan that was due? A plan that is due may be stale,
- * and must not be carried out then. */
+/* Does ball i touch what it has met by the plan that was due? A stale plan must do nothing. */
 static bool has_met(struct mill_sim *sim, int32_t i)
 {
     const struct mill_world *w = sim->world;
@@ -196,8 +193,7 @@ static bool check_pair(struct mill_sim *sim, int32_t i, int32_t j, int image, do
         i, j, now + dt, sim->world->base + end, depth);
 }
 
-/* The minimum gap to a surface, or to a sleeping ball, found until local time `end`, and its time
- * [m], [s] */
+/* The least gap [m] to a surface or a sleeping ball found until local time `end`, and when [s] */
 struct least {
     double end, gap, when;
 };

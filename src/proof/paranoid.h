@@ -5,8 +5,8 @@
 
 #include "millsim/sim.h"
 
-/* Is t the first rise of this polynomial (poly.h)? c[4] is not zero, the polynomial begins below
- * zero, and t or t_end is finite. */
+/* Is t the first rise of this polynomial (poly.h)? c[4] != 0, it begins below zero, t or t_end
+ * finite. */
 typedef bool mill_paranoid_opinion(const double c[5], double t_end, bool at_root, double t);
 
 /* By the roots in closed form, to 1e-9 of the terms; by GSL, true also if it finds no roots */

@@ -62,8 +62,7 @@ bool mill_paranoid_place(struct mill_sim *sim, int32_t i, double t)
         return mill_paranoid_fault(sim, "ball %d is not in the list of its cell %d at t = %.17g s",
                                    i, own->cell[i], w->base + t);
     mill_cells_index(c, cell, index);
-    bool inside = true; /* inside its box; the outermost cells are open outwards, except at
-                           periodic ends */
+    bool inside = true; /* the outermost cells are open outwards, except at periodic ends */
     for (int k = 0; k < 3; k++) {
         const int32_t first = c->margin, last = c->n[k] - c->margin - 1;
         const double lo = (index[k] - first) * c->side[k] - rounding;
@@ -87,8 +86,7 @@ bool mill_paranoid_account(struct mill_sim *sim)
     mill_world_balance(w, sim->now, &imbalance, &turnover);
     for (int32_t i = 0; i < w->balls; i++)
         mass += w->species[w->ball[i].species].mass;
-    /* at first, the rounding errors of the energies are larger than the error of the little energy
-     * turned over */
+    /* at first, rounding of the energies exceeds the error of the little energy turned over */
     const double held = e.kinetic + e.rotational + mass * vec3_norm(w->g) * mill_paranoid_size(w);
     mill_paranoid_of(sim)->checks.accounts++;
     return imbalance <= ACCOUNT_ERROR * turnover + MILL_SIM_ROUNDINGS * held ||

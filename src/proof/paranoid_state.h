@@ -27,8 +27,7 @@ static inline struct mill_paranoid *mill_paranoid_of(const struct mill_sim *sim)
  * entry of the calendar has the time of its plan, and bodies that are due to meet touch. */
 bool mill_paranoid_before(struct mill_sim *sim, int32_t i, double t);
 
-/* After that event: checks the balls that took part. Every thousand events, also the energy
- * account. */
+/* After that event: checks the balls that took part; every thousand events, also the account. */
 bool mill_paranoid_after(struct mill_sim *sim, int32_t i);
 
 /* Checks all balls, the calendar and the account. fresh: all balls have been planned now. */
@@ -53,14 +52,12 @@ double mill_paranoid_size(const struct mill_world *world);
 /* Maximum sum of rounding errors in a position, a root or an energy: a few dozen operations each */
 #define MILL_SIM_ROUNDINGS (64.0 * 2.2e-16)
 
-/* Checks the contact of a plan of ball i, if the plan is not stale: at its time the bodies touch
- * and do not move apart. */
+/* Checks ball i's plan, if it is not stale: at its time the bodies touch and do not move apart. */
 bool mill_paranoid_touch(struct mill_sim *sim, int32_t i, const struct mill_plan *plan);
 
-/* Checks ball i against all other balls and all surfaces: no overlap now, and no contact before the
+/* Checks ball i against all other balls and surfaces: no overlap now, and no contact before the
  * next event of either. fresh: ball i has been planned now, so its own plan must include all
- * contacts with balls of the cells around. touched: the surface that it has met now, or
- * MILL_NOBODY. */
+ * contacts with balls of the cells around. touched: the surface that it meets now, or -1 */
 bool mill_paranoid_ball(struct mill_sim *sim, int32_t i, bool fresh, int32_t touched);
 
 #endif

@@ -130,9 +130,8 @@ static double refine(struct factors *best, const struct monic *p)
 }
 
 /* For two roots at or near zero, and one large root on each side. The resolvent then has a double
- * root and puts one small and one large root into each factor; Newton's method does not converge
- * from there. This function puts the small roots into one factor: x^2 + (c/b) x + d/b. It returns
- * the size of the better residual. */
+ * root and puts one small and one large root into each factor, from which Newton's method does not
+ * converge. Puts the small roots into one: x^2 + (c/b) x + d/b. Returns the residual's size. */
 static double part_small_pair(const struct monic *p, struct factors *best, double size)
 {
     if (p->b.hi == 0.0)
@@ -146,8 +145,7 @@ static double part_small_pair(const struct monic *p, struct factors *best, doubl
 }
 
 /* The largest real root of the resolvent t^3 + g t + h = 0 splits the quartic into real quadratics.
- * Near a double root, rounding may leave only the other root; then the turning point is tried
- * too. */
+ * Near a double root, rounding may leave only the other root; then the turning point is tried. */
 static double factorise(const struct monic *p, struct factors *best)
 {
     double a = p->a.hi, b = p->b.hi, c = p->c.hi, d = p->d.hi;
@@ -175,9 +173,8 @@ static double factorise(const struct monic *p, struct factors *best)
     return size > CONVERGED ? part_small_pair(p, best, size) : size;
 }
 
-/* For a cluster of roots, whose factors cannot be found from the coefficients: moves the origin to
- * the mean of the roots, -a/4, factorises there, and moves back. Double-double computes the shift
- * without loss. */
+/* For a cluster of roots, whose factors cannot be found from the coefficients: factorises about the
+ * mean of the roots, -a/4. Double-double computes the shifts there and back without loss. */
 static struct factors factorise_about_mean(const struct monic *p)
 {
     struct dd h = dd_scale(p->a, -0.25), c[4] = {p->d, p->c, p->b, p->a};

@@ -18,9 +18,8 @@
 /* [s] checked where the motions have no common period and the setup gives no horizon */
 #define HORIZON 1.0
 /* A check that takes long becomes coarser. After PATIENCE distances ("looks") no march goes on
- * beyond the horizon, if there is one, and no step is shorter than COARSE of the size times the
- * number of looks so far. An overlap missed that way is shallower than half a step. After
- * MOST_LOOKS, about 10 s, the check ends. */
+ * beyond a horizon, and no step is shorter than COARSE of the size times the looks so far: a missed
+ * overlap is shallower than half a step. After MOST_LOOKS, about 10 s, the check ends. */
 enum { PATIENCE = 1000000, MOST_LOOKS = 20000000 };
 #define COARSE 1e-10
 #define PASSING 0.1 /* of a ball: steps of two solids that pass each other */
@@ -230,8 +229,7 @@ static struct mill_motion *next_to(const struct check *c, const struct mill_moti
     return m ? c->motion[m->number] : NULL;
 }
 
-/* Collects the solids of one motion. `own`: the part of that motion that moves them relative to
- * `other` */
+/* Collects the solids of one motion. `own`: its part that moves them relative to `other` */
 static void take_sides(struct check *c, int which, const struct mill_motion *motion,
                        const struct mill_motion *own, const struct mill_motion *other)
 {

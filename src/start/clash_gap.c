@@ -5,8 +5,7 @@
  * against n gives a lower bound of the distance. The result is the best of these bounds, so that
  * neither rounding nor an early end of the search makes the distance too large.
  *
- * For solids with many parts, the spheres around the boxes of their tree skip the parts that are
- * farther away than others. */
+ * For solids with many parts, the spheres around the boxes of their tree skip the farther parts. */
 #include "start/clash_solid.h"
 
 /* SUPPORTS of them take about as long as a comparison of two parts */
@@ -44,8 +43,7 @@ static vec3 on_line(struct simplex *s, vec3 a, vec3 b)
     return keep(s, 2, a, b, b, vec3_axpy(a, t / length, way));
 }
 
-/* Checks the regions of the corners, edges and face (C. Ericson, Real-Time Collision Detection,
- * 2005, 5.1.5) */
+/* Regions of corners, edges and face (C. Ericson, Real-Time Collision Detection, 2005, 5.1.5) */
 static vec3 on_triangle(struct simplex *s, vec3 a, vec3 b, vec3 c)
 {
     const vec3 ab = vec3_sub(b, a), ac = vec3_sub(c, a), n = vec3_cross(ab, ac);
@@ -141,9 +139,8 @@ static double apart_of(const struct seek *s, const struct mill_clash_ball *p,
     return vec3_norm(vec3_sub(mill_pose_out(s->a_in_b, p->centre), q->centre));
 }
 
-/* [m] Lower bound of the distance between the contents of two spheres. Where a sphere belongs
- * to a single part, the part itself is used: the sphere around a long part is much larger
- * than the part. */
+/* [m] Lower bound of the distance between the contents of two spheres. For a single part the part
+ * itself is used: the sphere around a long part is much larger. */
 static double least_of(const struct seek *s, const struct mill_clash_ball *p,
                        const struct mill_clash_ball *q)
 {
@@ -177,8 +174,7 @@ static void take_leaves(struct seek *s, const struct mill_clash_ball *p,
     s->gap.most = fmin(s->gap.most, gap.most);
 }
 
-/* Splits the larger of two spheres and searches both halves, the nearer one first. `least`: from
- * least_of */
+/* Splits the larger of two spheres and searches the nearer half first. `least`: from least_of */
 static void seek(struct seek *s, const struct mill_clash_ball *p, const struct mill_clash_ball *q,
                  double least)
 {

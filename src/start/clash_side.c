@@ -1,5 +1,4 @@
-/* Upper bounds of the speeds of solids. Also finds pairs that always stay apart, or at a constant
- * distance. */
+/* Upper bounds of the speeds of solids, and pairs that stay apart or at a constant distance */
 #include "start/clash_solid.h"
 
 /* Directions and places that differ by no more than this are equal but for rounding */

@@ -72,8 +72,7 @@ void mill_clash_solid_free(struct mill_clash_solid *s)
     mill_facets_fell(&s->tree);
 }
 
-/* The solid angles of all facets add up to 4 pi for a point inside the solid, to 0 for one
- * outside. */
+/* The solid angles of all facets add up to 4 pi for a point inside the solid, outside to 0. */
 bool mill_clash_solid_holds(const struct mill_clash_solid *solid, vec3 place)
 {
     double angle = 0.0;

@@ -1,5 +1,4 @@
-/* A body as the check for clashes uses it: convex parts, in a tree if they are many; how near two
- * of them are; how its motion carries it. */
+/* A body for the check for clashes: convex parts, in a tree if many; gaps of two; how it moves */
 #ifndef MILL_CLASH_SOLID_H
 #define MILL_CLASH_SOLID_H
 
@@ -55,9 +54,8 @@ struct mill_part_gap mill_clash_gap_solids(const struct mill_clash_solid *a,
                                            const struct mill_clash_solid *b,
                                            const struct mill_pose *a_in_b, double near);
 
-/* Distance from a solid to a wall; < 0: the solid reaches beyond the wall by that much. `least` is
- * accurate to a tenth of `near` or of the distance itself. `in`: the pose of the solid's frame in
- * the wall's frame, whose axis is z. */
+/* Distance from a solid to a wall; < 0: so far the solid reaches beyond it. `least` is accurate to
+ * a tenth of `near` or of itself. `in`: the solid's frame in the wall's, whose axis is z */
 struct mill_part_gap mill_clash_gap_wall(const struct mill_wall *wall,
                                          const struct mill_clash_solid *solid,
                                          const struct mill_pose *in, double near);
@@ -86,8 +84,7 @@ struct mill_clash_side {
     double inner, outer;         /* [m] between these distances from the line */
 };
 
-/* The line about which `own` turns. Where `own` is NULL (at rest): the line of `other`. Where both
- * turn, their lines must be parallel. */
+/* The line about which `own` turns (NULL: at rest; then `other`). Two lines must be parallel. */
 struct mill_clash_line mill_clash_side_line(const struct mill_motion *own,
                                             const struct mill_motion *other);
 
@@ -95,8 +92,7 @@ struct mill_clash_side mill_clash_side_of(const struct mill_clash_solid *is,
                                           const struct mill_motion *motion,
                                           const struct mill_clash_line *line);
 
-/* True if `s` only turns, and only about the axis of `round`. Where `round` is a ball: about any
- * axis through its centre. */
+/* True if `s` only turns, and about the axis of `round`; of a ball, about any through its centre */
 bool mill_clash_side_turns_about(const struct mill_clash_side *s,
                                  const struct mill_clash_side *round);
 

@@ -1,7 +1,6 @@
-/* Can the drum be a slice of a long mill, whose ends are periodic? Balls meet only the images of
- * balls, not those of surfaces. So no ball at one end may touch what is at the other end: a surface
- * either keeps a ball's radius away from the ends, or has the same cross-section from end to end.
- * Nothing may move along the axis. */
+/* Can the drum be a slice of a long mill, whose ends are periodic? Balls meet only images of balls,
+ * not of surfaces. So no ball at one end may touch what is at the other: a surface keeps a ball's
+ * radius away from the ends, or has one cross-section all along. Nothing moves along the axis. */
 #include "base/elementary.h"
 #include "geometry/shapes.h"
 #include "start/clash.h"
@@ -15,9 +14,8 @@ enum { WAYS = 64 };
 /* Relative to the length: rounding errors of places and directions */
 #define SNUG 1e-12
 
-/* Does this part reach from -half to half [m] with one cross-section? Then, in every direction
- * across the axis, it is equally far at both ends: leaning towards either end finds a point beyond
- * it. */
+/* Does this part reach from -half to half [m] with one cross-section? Then it is equally far at
+ * both ends in every direction across: leaning towards either end finds a point beyond it. */
 static bool goes_through(const struct mill_part *p, double half)
 {
     for (int k = 0; k < WAYS; k++) {

@@ -68,8 +68,7 @@ static bool balls_clear(const struct pack *p, int32_t i, double scale)
     return true;
 }
 
-/* Drops ball i, shrunk by `scale` in the check against other balls. false: it found
- * no free place. */
+/* Drops ball i, shrunk by `scale` in the check against others. false: it found no free place. */
 static bool drop(struct pack *p, int32_t i, double scale)
 {
     struct mill_fill_place *place = &p->grids.place[i];
@@ -268,8 +267,7 @@ static enum mill_fault_code pack(struct pack *p)
     return code;
 }
 
-/* Fills `fewer` with this part of the balls of each kind, rounded down but at least one. count: the
- * number left of each species. */
+/* Leaves this part of each kind in `fewer`, rounded down but at least one. count: of each kind */
 static void thin_out(const struct mill_setup *setup, double part, struct mill_world *fewer,
                      int32_t *count)
 {
@@ -282,8 +280,7 @@ static void thin_out(const struct mill_setup *setup, double part, struct mill_wo
     }
 }
 
-/* The balls do not fit. Finds a number that does: packs fewer balls of the same mixture, exactly as
- * for a setup that asks for that number. */
+/* Finds how many fit: packs fewer balls of the same mixture, as a setup that asks for them does. */
 static enum mill_fault_code find_what_fits(struct pack *p, struct mill_fault *fault)
 {
     const struct mill_world *w = p->world;

@@ -12,8 +12,7 @@
 /* Places all balls of the world at random, without overlap with each other or with any surface at
  * its starting place. The shapes, the species and ball[i].species must be set. The random numbers
  * come from the setup's seed. Each ball gets the setup's speed in a random direction. watch may be
- * NULL. MILL_FAULT_NO_ROOM: the balls do not fit; `fault` then holds the numbers of balls that
- * would. */
+ * NULL. MILL_FAULT_NO_ROOM: they do not fit; `fault` then holds the numbers that would. */
 void mill_fill_random(const struct mill_setup *setup, const struct mill_start_watch *watch,
                       struct mill_world *world, struct mill_fault *fault);
 
@@ -33,8 +32,7 @@ struct mill_fill_room {
     uint64_t *near; /* bit k of a cell: one of the shapes k, k + 64, ... is within reach */
 };
 
-/* reach [m]: the largest radius that the functions below are called with. false: out of
- * memory. The caller frees it in any case. */
+/* reach [m]: the largest radius for the functions below. false: no memory. Always free it. */
 bool mill_fill_room_init(struct mill_fill_room *room, const struct mill_world *world, double reach);
 void mill_fill_room_free(struct mill_fill_room *room);
 
@@ -76,8 +74,7 @@ bool mill_fill_grids_init(struct mill_fill_grids *grids, const struct mill_world
 void mill_fill_grids_free(struct mill_fill_grids *grids);
 void mill_fill_grids_clear(struct mill_fill_grids *grids);
 
-/* place: puts ball i into its cell, at place[i].r. replace: does so again after the ball was
- * moved. */
+/* place: puts ball i into its cell, at place[i].r. replace: again, after the ball was moved */
 void mill_fill_grids_place(struct mill_fill_grids *grids, int32_t i);
 void mill_fill_grids_replace(struct mill_fill_grids *grids, int32_t i);
 

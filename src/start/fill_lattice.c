@@ -1,14 +1,11 @@
-/* What the search for places needs to know.
- *
- * First, from a lattice over the container's box: the room that the surfaces leave for the balls:
- * its volume, and for each cell the surfaces that a ball in this cell can touch. A distance changes
- * by no more than the place does, so the distance at the centre of a cell bounds the distances in
- * the whole cell.
+/* What the search for places needs to know. First, from a lattice over the container's box: the
+ * room that the surfaces leave for the balls: its volume, and for each cell the surfaces that a
+ * ball in it can touch. A distance changes by no more than the place does, so that at the centre of
+ * a cell bounds those in the whole cell.
  *
  * Second, a lookup of balls by place, for mixtures of any sizes: one cell grid for each class of
- * sizes, with cells as wide as the largest ball of the class. The neighbours of a ball are searched
- * in all grids, in the cells that the radii of both can reach. These are few cells of large balls
- * and more cells of small ones. */
+ * sizes, with cells as wide as its largest ball. The neighbours of a ball are searched in all
+ * grids, in the cells that both radii can reach: few cells of large balls, more of small ones. */
 #include "start/fill.h"
 
 #include "base/elementary.h"
@@ -139,8 +136,7 @@ void mill_fill_room_free(struct mill_fill_room *room)
     free(room->pose);
 }
 
-/* [m] To a wall at the nearest end of a periodic mill. At the start there are such walls, so that
- * no balls overlap across the ends. */
+/* [m] To a wall at the nearer periodic end: only the start has it: no balls overlap across. */
 static double gap_to_end(const struct mill_world *w, vec3 r, double radius)
 {
     return w->container.period > 0.0 ? 0.5 * w->container.period - fabs(r.x) - radius

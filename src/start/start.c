@@ -15,9 +15,8 @@
 #include <string.h>
 
 enum { MOST_BALLS = 50000000, MOST_SHAPES = INT16_MAX - 3 };
-/* Upper limit of the period that results are averaged over, in periods of the slowest motion.
- * Example: the angle of a round jar repeats only after fifty turns of its disk, but the mill
- * repeats after one. */
+/* Upper limit of the period of averages, in periods of the slowest motion. Example: the angle of a
+ * round jar repeats only after fifty turns of its disk, but the mill repeats after one. */
 enum { MOST_SINGLES = 12 };
 /* [m] rounding of decimal positions may make touching balls overlap by this much */
 #define SLACK 1e-12
@@ -63,8 +62,7 @@ static bool is_fall_sound(const struct mill_fall *fall)
     return good;
 }
 
-/* Checks every number that could make the event loop meaningless or endless, except those of the
- * bodies */
+/* Checks every number that could make the event loop meaningless or endless, but those of bodies */
 static bool is_sound(const struct mill_setup *s)
 {
     int64_t balls = 0;
@@ -159,10 +157,9 @@ static void take_in(const struct mill_world *w, const struct mill_pose *frame, d
     *hi = vec3_make(fmax(hi->x, at.x + e.x), fmax(hi->y, at.y + e.y), fmax(hi->z, at.z + e.z));
 }
 
-/* Finds a box that contains the container at all times. The container's place is looked up at
- * many times of a period. The margin is how far it can move in half the time between two of
- * these times. If its motions have no common period, the box contains the ball that the
- * container never leaves. */
+/* Finds a box that contains the container at all times, from its places at many times of a period.
+ * The margin is how far it can move in half the time between two of them. Without a common period,
+ * the box contains the ball that the container never leaves. */
 static void find_places(struct mill_world *w)
 {
     enum { LOOKS = 512, MOST = 100000 };
@@ -267,8 +264,7 @@ static void check_balls(const struct mill_world *w, struct mill_fault *fault)
     }
 }
 
-/* Reports the first ball that overlaps an earlier one; if it overlaps several, the
- * first of these. */
+/* Reports the first ball that overlaps an earlier one, and the first of these. */
 static void check_pairs(const struct mill_world *w, struct mill_fault *fault)
 {
     struct mill_grids grids;
@@ -344,8 +340,7 @@ static bool write_out(const struct mill_setup *setup, struct written *w)
     return true;
 }
 
-/* [m/s^2] The greatest acceleration of a motion, of places as far from the container's centre as
- * its wall */
+/* [m/s^2] The greatest acceleration of a motion, as far from the container's centre as its wall */
 static double push_of(const struct mill_world *w, const struct mill_motion *motion)
 {
     const vec3 centre = vec3_scale(vec3_add(w->container.lo, w->container.hi), 0.5);
@@ -361,9 +356,8 @@ static double push_of(const struct mill_world *w, const struct mill_motion *moti
     return most;
 }
 
-/* [m/s] A small part of the speed that a ball gets when it falls through the charge; but low enough
- * that impacts from MILL_WORLD_SLOW on, and of the energy `asked` [J], do not depend on it
- * (docs/physics.md) */
+/* [m/s] A small part of the speed of a fall through the charge; but so low that impacts from
+ * MILL_WORLD_SLOW on, and of the energy `asked` [J], do not depend on it (docs/physics.md) */
 static double floor_of(const struct mill_world *w, double asked)
 {
     double bulk = 0.0, push = 0.0, mass = 0.0; /* [m^3] of the heap of balls, [m/s^2], [kg] */

@@ -12,9 +12,8 @@
 
 /* Reads the deck /deck.ini, with the lines "SECTION.KEY=VALUE" of /set instead of its values, and
  * builds its mill. Then mill_web_text is a JSON object: "deck" (the full deck), "keys" (of the
- * deck, with unit, range and meaning), "warnings", "kinds", "motions", "species", and the place of
- * the container. If the status is not MILL_OK, mill_web_text has a line for each fault, and the
- * mill before this one goes on. */
+ * deck, with unit, range, meaning), "warnings", "kinds", "motions", "species", the place of the
+ * container. If not MILL_OK, mill_web_text has a line for each fault, and the mill before stays */
 enum mill_status mill_web_load(void);
 
 /* JSON, or the faults of the last call, a line each; UTF-8 */
@@ -36,8 +35,7 @@ const double *mill_web_state(void);
 /* x y z [m] and speed [m/s] of each ball */
 const float *mill_web_balls(void);
 
-/* mill_web_text becomes a JSON object with the group "statistics" and the "notes" of the summary
- * (docs/file-format.md). */
+/* mill_web_text becomes JSON: "statistics" and "notes" of the summary (docs/file-format.md). */
 enum mill_status mill_web_results(void);
 
 /* Impacts in the window by their normal energy m* v_n^2 / 2: for each kind of contact
