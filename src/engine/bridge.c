@@ -76,11 +76,11 @@ static void gather(struct mill_bridge *b, double impulse, double t, double durat
     b->met = t;
 }
 
-static vec3 velocity_at(const struct mill_world *w, const struct mill_bridge *b, int32_t i,
-                        double t)
+/* [m/s] of the surface that the ball has touched last, there */
+static vec3 velocity(const struct mill_world *w, const struct mill_bridge *b, int32_t i, double t)
 {
     const struct mill_pose pose = mill_shape_pose(w->shape[b->shape], t);
-    const double radius = w->species[w->ball[i].species].radius;
+    const double radius = mill_world_species(w, i)->radius;
     return mill_pose_velocity(&pose, vec3_axpy(w->ball[i].r, -radius, b->normal));
 }
 
@@ -96,8 +96,7 @@ struct wedge {
 /* [N s] above which the pair gives way */
 static double bearing(const struct mill_bridges *p, const struct wedge *w, bool crowded)
 {
-    const double grip =
-        mill_greatest(w->radius * (w->held - w->least) / (1.0 + 0.5 * w->least), 0.0);
+    const double grip = fmax(w->radius * (w->held - w->least) / (1.0 + 0.5 * w->least), 0.0);
     const double room = 2.0 / 3.0 * w->radius * (1.0 - w->mean);
     /* of two equal balls the reduced radius is half of theirs */
     const double most = IMPACTS * w->mass * p->speed / w->duration;
@@ -113,8 +112,7 @@ double mill_bridges_push(struct mill_bridges *p, const struct mill_world *w, int
     if (!p->ball)
         return 0.0;
     struct mill_bridge *a = &p->ball[i], *b = &p->ball[j];
-    const struct mill_species *sa = &w->species[w->ball[i].species],
-                              *sb = &w->species[w->ball[j].species];
+    const struct mill_species *sa = mill_world_species(w, i), *sb = mill_world_species(w, j);
     const double ta = p->duration[w->ball[i].species], tb = p->duration[w->ball[j].species];
     meet(a, j, t);
     meet(b, i, t);
@@ -126,7 +124,7 @@ double mill_bridges_push(struct mill_bridges *p, const struct mill_world *w, int
         return 0.0;
     const double f = w->law[MILL_BALL_BALL].friction,
                  g = mill_greatest(w->law[one->kind].friction, w->law[other->kind].friction);
-    const vec3 slide = vec3_sub(velocity_at(w, a, i, t), velocity_at(w, b, j, t));
+    const vec3 slide = vec3_sub(velocity(w, a, i, t), velocity(w, b, j, t));
     const struct wedge wedge = {
         .mass = sa->mass * sb->mass / (sa->mass + sb->mass),
         .radius = 0.5 * (sa->radius + sb->radius),

@@ -44,8 +44,7 @@ static inline bool mill_bridges_give(const struct mill_bridges *p, const struct 
 }
 
 /* Call this when ball i meets a surface that cannot pinch, with this normal into the ball. */
-void mill_bridges_touch(struct mill_bridges *bridges, int32_t i, int32_t shape, vec3 normal,
-                        double t);
+void mill_bridges_touch(struct mill_bridges *p, int32_t i, int32_t shape, vec3 normal, double t);
 
 /* Call this after ball i has given ball j this impulse [N s] along the normal from i to j. Returns
  * the work [J] that the surfaces can have done by it in a bridge; *gives: it begins to give way. */

@@ -219,8 +219,7 @@ static inline double leave(double r, double v, double g, const double *edge, int
     return g == 0.0 ? leave_straight(r, v, edge, face) : leave_falling(r, v, g, edge, face);
 }
 
-struct mill_cell_exit mill_cells_exit(const struct mill_cells *c, int32_t cell, vec3 r, vec3 v,
-                                      vec3 g)
+struct mill_cell_exit mill_cells_exit(const struct mill_cells *c, int cell, vec3 r, vec3 v, vec3 g)
 {
     int32_t i[3], side[3];
     mill_cells_index(c, cell, i);

@@ -128,8 +128,7 @@ static inline int32_t mill_cells_ball(const struct mill_cells *c, int32_t cell, 
 
 /* The time and the face at which the flight r + v t + g t^2/2 leaves the cell: the first time at
  * which the ball is at or beyond a face and moves outwards. */
-struct mill_cell_exit mill_cells_exit(const struct mill_cells *cells, int32_t cell, vec3 r, vec3 v,
-                                      vec3 g);
+struct mill_cell_exit mill_cells_exit(const struct mill_cells *c, int cell, vec3 r, vec3 v, vec3 g);
 
 /* The step in cell numbers from a cell to its neighbour across a face */
 static inline int32_t mill_cells_step(const struct mill_cells *c, int32_t face)

@@ -216,9 +216,8 @@ static int32_t cell_in(const struct mill_grids *g, int in, const int32_t fine[3]
 {
     const struct mill_cells *c = &g->own[in];
     int32_t i[3];
-    for (int axis = 0; axis < 3; axis++)
-        i[axis] = (int32_t)(((double)(fine[axis] + g->before[in]) + 0.5) * g->per_factor[in]) -
-                  g->own[0].margin;
+    for (int k = 0; k < 3; k++)
+        i[k] = (int32_t)((fine[k] + g->before[in] + 0.5) * g->per_factor[in]) - g->own[0].margin;
     return (i[0] * c->n[1] + i[1]) * c->n[2] + i[2];
 }
 
@@ -287,8 +286,7 @@ int32_t mill_grids_across(const struct mill_grids *g, int32_t cell, int32_t face
     return cell + step;
 }
 
-bool mill_grids_cross(struct mill_grids *g, int32_t ball, int32_t species, int32_t face,
-                      double *shift)
+bool mill_grids_cross(struct mill_grids *g, int32_t ball, int32_t species, int face, double *shift)
 {
     const int32_t to = mill_grids_across(g, g->own[0].cell[ball], face, shift);
     mill_grids_remove(g, ball, species);

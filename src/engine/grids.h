@@ -57,8 +57,7 @@ void mill_grids_release(struct mill_grids *grids);
  * ball, where it leaves a periodic box and enters it at the other end */
 bool mill_grids_insert(struct mill_grids *grids, int32_t ball, int32_t species, int32_t cell);
 void mill_grids_remove(struct mill_grids *grids, int32_t ball, int32_t species);
-bool mill_grids_cross(struct mill_grids *grids, int32_t ball, int32_t species, int32_t face,
-                      double *shift);
+bool mill_grids_cross(struct mill_grids *g, int32_t ball, int32_t species, int face, double *shift);
 
 /* The cell of the coarsest grid around a cell of the finest grid. Balls are near each other only if
  * these cells are the same or next to each other. */
@@ -68,8 +67,7 @@ int32_t mill_grids_block(const struct mill_grids *grids, int32_t cell);
 bool mill_grids_has_room(const struct mill_grids *grids, int32_t species, int32_t cell);
 
 /* The cell of the finest grid across a face of a cell; *shift as above */
-int32_t mill_grids_across(const struct mill_grids *grids, int32_t cell, int32_t face,
-                          double *shift);
+int32_t mill_grids_across(const struct mill_grids *g, int32_t cell, int32_t face, double *shift);
 
 /* mill_grids_look for several classes, and for periodic boxes */
 int mill_grids_look_all(const struct mill_grids *grids, int32_t species, int32_t cell, int32_t face,
@@ -96,8 +94,7 @@ static inline int mill_grids_look(const struct mill_grids *g, int32_t species, i
 
 /* Lists the balls in the rows of these grids that are near a ball of this species in this cell, and
  * returns how many. `near` must have room for all balls and MILL_CELL_ROW more. */
-int32_t mill_grids_gather(const struct mill_grids *grids, int32_t species, int32_t cell,
-                          int32_t *near);
+int32_t mill_grids_gather(const struct mill_grids *g, int32_t species, int32_t cell, int32_t *near);
 
 /* Are balls of these species in these cells near each other? image: periods of the other along x */
 bool mill_grids_near(const struct mill_grids *grids, int32_t species, int32_t cell, int32_t other,

@@ -66,7 +66,7 @@ INLINE int32_t list(const struct mill_pairs *pairs, const struct mill_pairs_sear
                     const struct mill_grids_look *l, int32_t k)
 {
     int32_t *restrict near = pairs->near + k;
-    const int32_t n =
+    const int n =
         mill_cells_gather(l->cells, l->cell, l->offset, l->count, l->threes, RECORD, near);
     for (int32_t m = n; m < n + LANES4 - 1; m++)
         near[m] = search->ball * RECORD; /* fills the last group; a ball never closes on itself */

@@ -50,8 +50,7 @@ static inline void mill_pinches_hold(struct mill_pinches *p, const struct mill_w
 }
 
 /* Before ball i meets a body that can pinch. Returns how long it was pressed since the last [s]. */
-double mill_pinches_meet(struct mill_pinches *pinches, const struct mill_world *world, int32_t i,
-                         double t);
+double mill_pinches_meet(struct mill_pinches *p, const struct mill_world *w, int32_t i, double t);
 
 /* Call this after the body has given ball i this impulse [N s] along the normal, with this
  * coefficient of friction. true: the ball is to be let go. */
@@ -59,8 +58,7 @@ bool mill_pinches_push(struct mill_pinches *pinches, const struct mill_world *wo
                        double impulse, vec3 normal, double friction);
 
 /* Call this after ball i has met a surface that cannot pinch. */
-static inline void mill_pinches_lean(struct mill_pinches *p, int32_t i, vec3 normal,
-                                     double friction)
+static inline void mill_pinches_lean(struct mill_pinches *p, int i, vec3 normal, double friction)
 {
     if (!p->ball)
         return;

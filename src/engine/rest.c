@@ -99,8 +99,7 @@ int32_t mill_rest_near(const struct mill_rest *p, int32_t species, int32_t cell,
 }
 
 /* [s] until a flight from d with velocity u, relative to a ball at rest, is `sum` [m] from it */
-static double meet(vec3 d, vec3 u, vec3 g, double sum, double window,
-                   struct mill_poly_counts *counts)
+static double meet(vec3 d, vec3 u, vec3 g, double sum, double most, struct mill_poly_counts *counts)
 {
     const double p[5] = {
         sum * sum - vec3_dot(d, d),         /* rises when the gap closes */
@@ -109,7 +108,7 @@ static double meet(vec3 d, vec3 u, vec3 g, double sum, double window,
         -vec3_dot(u, g),                    /* */
         -0.25 * vec3_dot(g, g),
     };
-    return mill_poly_first_rise(p, window, false, counts);
+    return mill_poly_first_rise(p, most, false, counts);
 }
 
 bool mill_rest_holds(const struct mill_schedule *q, int32_t species, vec3 lower,

@@ -81,9 +81,9 @@ static double widening_of(const struct mill_schedule *p)
 /* Bounds of the movement of balls relative to bodies on a motion; for how long a pose is used */
 static struct mill_lately bounds_of(const struct mill_world *w, int motion, double thinnest)
 {
-    const struct mill_motion_bounds b =
-        mill_motion_bounds(w->motion[motion], vec3_make(0.0, 0.0, 0.0));
-    const double reach = mill_motion_reach(w->motion[motion], &w->container.places);
+    const struct mill_motion *m = w->motion[motion];
+    const struct mill_motion_bounds b = mill_motion_bounds(m, vec3_make(0.0, 0.0, 0.0));
+    const double reach = mill_motion_reach(m, &w->container.places);
     const double coriolis = 2.0 * b.turning, drift = b.speed + b.turning * reach;
     struct mill_lately l = {
         .most = fmin(LATELY * thinnest / drift, 1.0), /* long, if it does not move */
@@ -91,9 +91,8 @@ static struct mill_lately bounds_of(const struct mill_world *w, int motion, doub
         .acceleration = vec3_norm(w->g) + b.acceleration + coriolis * b.speed +
                         (b.turning * b.turning + b.spin_up) * reach,
         .coriolis = coriolis * (1.0 + 1e-9),
-        .margin = 1e-9 * reach};
-    const struct mill_motion *m = w->motion[motion];
-    l.turns = !m->on && m->axial;
+        .margin = 1e-9 * reach,
+        .turns = !m->on && m->axial};
     if (l.turns) { /* for a rotor: y and z */
         const struct mill_pose frame = mill_part_frame(m->through, m->axis);
         l.p = frame.x;
@@ -119,9 +118,9 @@ static bool make_buffers(struct mill_schedule *p)
     double *terms = p->scratch;
     void *numbers = terms + MILL_PAIRS_TOGETHER * 3 * n;
     for (int s = 0; s < MILL_PAIRS_TOGETHER; s++, terms += 3 * n) {
-        int32_t *near = (int32_t *)numbers + 2 * s * n, *kept = near + n;
+        int32_t *near = (int32_t *)numbers + 2 * s * n;
         p->pairs[s] =
-            (struct mill_pairs){p->world->ball, p->radius, p->world->g, near, kept, terms};
+            (struct mill_pairs){p->world->ball, p->radius, p->world->g, near, near + n, terms};
     }
     return true;
 }
@@ -361,8 +360,8 @@ static inline void finish(struct mill_schedule *p, int32_t i, double now, int32_
     /* arithmetic instead of branches, half of which would be mispredicted */
     const int pair = (plan->pair_t <= plan->shape_t) & (plan->pair_t <= plan->exit_t);
     const int surface = plan->shape_t <= plan->exit_t;
-    plan->next = ((1 - pair) * (surface * plan->next + (1 - surface) * MILL_NEXT_EXIT) +
-                  pair * MILL_NEXT_PAIR);
+    const int other = surface * plan->next + (1 - surface) * MILL_NEXT_EXIT;
+    plan->next = (1 - pair) * other + pair * MILL_NEXT_PAIR;
     mill_schedule_enter(p, i, mill_plan_time(plan));
 }
 

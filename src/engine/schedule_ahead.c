@@ -31,21 +31,19 @@ static int32_t partner_of(const struct mill_plan *plan)
 /* Fetches the rows of the cells that a search will read */
 static void fetch_cells(const struct mill_schedule *p, const struct mill_grids_look *l)
 {
-    const size_t word = mill_cells_word_size(l->cells);
-    const char *row =
-        (const char *)l->cells->bucket + (size_t)l->cell * (size_t)l->cells->row * word;
+    const int64_t word = (int64_t)mill_cells_word_size(l->cells);
+    const char *row = (const char *)l->cells->bucket + l->cell * (int64_t)l->cells->row * word;
     (void)p;
     for (int32_t k = 0; k < l->count; k++)
-        fetch(row + l->offset[k] * (int64_t)word);
+        fetch(row + l->offset[k] * word);
 }
 
 /* Fetches the balls in these cells. Their numbers are copied first, without a branch: most rows
  * hold no ball or one, so that a loop over the rows would be mispredicted in half of them. */
 static void fetch_neighbours(const struct mill_schedule *p, const struct mill_grids_look *l)
 {
-    const int32_t *near = p->pairs->near;
-    const int32_t n =
-        mill_cells_gather(l->cells, l->cell, l->offset, l->count, false, 1, p->pairs->near);
+    int32_t *near = p->pairs->near;
+    const int n = mill_cells_gather(l->cells, l->cell, l->offset, l->count, false, 1, near);
     for (int32_t k = 0; k < n; k++)
         fetch(&p->world->ball[near[k]]);
 }

@@ -194,6 +194,7 @@ enum mill_status mill_sim_run(struct mill_sim *sim, double until, uint64_t budge
 {
     assert(until == until);
     sim->error = error;
+    sim->stop = stop;
     sim->status = MILL_OK;
     sim->world->counts.quartics.check = sim->proof ? sim->proof->check : NULL;
     if (sim->slabs)
@@ -205,11 +206,11 @@ enum mill_status mill_sim_run(struct mill_sim *sim, double until, uint64_t budge
         const double halt = mill_least(sample, until) - sim->world->base;
         const double limit = mill_least(mill_greatest(halt, sim->now), MILL_WORLD_EPOCH);
         if (sim->soft)
-            mill_soft_run(sim, limit, &budget, stop);
+            mill_soft_run(sim, limit, &budget);
         else if (sim->slabs)
-            mill_sim_slabs_run(sim, limit, &budget, stop);
+            mill_sim_slabs_run(sim, limit, &budget);
         else
-            mill_sim_take_events(sim, limit, &budget, stop);
+            mill_sim_take_events(sim, limit, &budget);
         if (sim->status != MILL_OK || budget == 0)
             break;
         sim->now = limit;
@@ -222,7 +223,7 @@ enum mill_status mill_sim_run(struct mill_sim *sim, double until, uint64_t budge
                 sim->proof->account(sim);
             break;
         }
-        if (sim->status == MILL_OK && stop && *stop)
+        if (sim->status == MILL_OK && mill_sim_stops(sim))
             sim->status = MILL_STOPPED;
     }
     if (sim->slabs)

@@ -1,6 +1,7 @@
-/* One event: the balls move to it, get new velocities and plans. A contact is written into the
+/* Events: the balls move to each, get new velocities and plans. A contact is written into the
  * account and told to the observers, at once or, beside other threads, later in order of time. */
 #include "engine/sim_private.h"
+#include "engine/slabs.h"
 #include "geometry/shape.h"
 
 #include <assert.h>
@@ -130,8 +131,8 @@ static void ball_meets_ball(struct mill_sim *sim, int32_t one, int32_t other)
     const double reduced = sa->mass * sb->mass / (sa->mass + sb->mass);
     const int32_t wall = w->counts.asleep > 0 ? mill_sim_rest_meet(sim, i, j, vec3_dot(slip, n))
                                               : MILL_NOBODY; /* it is asleep and stays so */
-    w->counts.largest_overlap =
-        mill_greatest(w->counts.largest_overlap, sa->radius + sb->radius - distance);
+    const double overlap = sa->radius + sb->radius - distance;
+    w->counts.largest_overlap = mill_greatest(w->counts.largest_overlap, overlap);
     struct mill_sim_entry *entry =
         begin_entry(sim, MILL_BALL_BALL, i, j, vec3_axpy(a->r, sa->radius, n));
     struct mill_impact *impact = &entry->impact;
@@ -148,8 +149,8 @@ static void ball_meets_ball(struct mill_sim *sim, int32_t one, int32_t other)
         impact->slip = vec3_scale(impact->slip, -1.0);
     }
     bool gives;
-    entry->bridge = mill_bridges_push(&sim->bridges, w, i, j, n, -vec3_dot(impact->impulse, n),
-                                      sim->now, &gives);
+    const double push = -vec3_dot(impact->impulse, n);
+    entry->bridge = mill_bridges_push(&sim->bridges, w, i, j, n, push, sim->now, &gives);
     w->counts.bridges += gives;
     mill_sim_record(sim, entry);
     if (wall == MILL_NOBODY)
@@ -224,4 +225,72 @@ void mill_sim_happen(struct mill_sim *sim, int32_t i)
         mill_schedule_ball(sim->schedule, i, sim->now, MILL_NOBODY);
     }
     mill_sim_look_clear(sim, i);
+}
+
+/* ---- one after the other ---- */
+
+void mill_sim_watch(struct mill_watch *w, double t)
+{
+    /* by a nanosecond at least: hops that shrink to the resolution of time still advance it */
+    if (t > w->last + 1e-9) {
+        w->last = t;
+        w->standing = 0;
+    } else {
+        w->standing++;
+    }
+    if (t - w->since > 1e-3) {
+        w->since = t;
+        w->events = 0;
+    } else {
+        w->events++;
+    }
+}
+
+/* Stops runs in which infinitely many contacts would happen in a finite time */
+static void watch_time(struct mill_sim *sim, int32_t i, double t)
+{
+    const struct mill_watch *w = &sim->watch;
+    const uint64_t balls = (uint64_t)sim->world->balls;
+    mill_sim_watch(&sim->watch, t);
+    if (w->standing > 1000000 + 100 * balls)
+        sim->status =
+            mill_error_set(sim->error, MILL_FAILED,
+                           "the simulated time does not advance after t = %.9g s: ball "
+                           "%ld has contacts without end; raise contact.rebound_floor "
+                           "(now %g m/s)",
+                           sim->world->base + sim->now, (long)i, sim->world->rebound_floor);
+    if (w->events > 10000000 + 40000 * balls)
+        sim->status = mill_error_set(
+            sim->error, MILL_FAILED,
+            "the simulated time hardly advances at t = %.9g s: %llu events within a millisecond, "
+            "now of ball %ld; raise contact.rebound_floor (now %g m/s) or contact.restitution",
+            sim->world->base + sim->now, (unsigned long long)w->events, (long)i,
+            sim->world->rebound_floor);
+}
+
+void mill_sim_take_events(struct mill_sim *sim, double limit, uint64_t *budget)
+{
+    const bool large = sim->world->balls >= MILL_SIM_LARGE;
+    const struct mill_schedule *p = sim->schedule;
+    double t;
+    for (; sim->status == MILL_OK && *budget > 0; --*budget) {
+        const int32_t i =
+            p->slabs ? mill_slabs_next(p->slabs, &t) : mill_calendar_next(p->calendar, &t);
+        if (i < 0 || t >= limit)
+            return;
+        if (mill_sim_stops(sim))
+            sim->status = MILL_STOPPED;
+        else if (sim->proof)
+            sim->proof->before(sim, i, t);
+        if (sim->status != MILL_OK)
+            return;
+        /* rounding may put an event slightly before the last one, but time must not go backwards */
+        sim->now = mill_greatest(t, sim->now);
+        if (large)
+            mill_schedule_ahead(sim->schedule);
+        mill_sim_happen(sim, i);
+        watch_time(sim, i, t);
+        if (sim->proof && sim->status == MILL_OK)
+            sim->proof->after(sim, i);
+    }
 }

@@ -65,8 +65,7 @@ void mill_sim_lane_free(struct mill_lanes *lanes);
 void mill_sim_lane_begin(struct mill_lanes *lanes, const struct mill_window *window);
 
 /* Carries out all events of the window inside slab k. It fails after more than `most` events. */
-void mill_sim_lane_work(struct mill_lanes *lanes, int k, const struct mill_window *window,
-                        double most);
+void mill_sim_lane_work(struct mill_lanes *s, int k, const struct mill_window *w, double most);
 
 /* Carries out what was put off, and what comes from it. false: one was too early, or it failed */
 bool mill_sim_lane_work_off(struct mill_lanes *lanes, const struct mill_window *window);
@@ -78,7 +77,6 @@ void mill_sim_lane_undo(struct mill_lanes *lanes, const struct mill_window *wind
 uint64_t mill_sim_lane_events(const struct mill_lanes *lanes, const struct mill_window *window);
 
 /* The lane with the first event of a window from numbers at[lanes] on; -1: none, or two at once */
-int mill_sim_lane_first(const struct mill_lanes *lanes, const struct mill_window *window,
-                        const size_t *at);
+int mill_sim_lane_first(const struct mill_lanes *s, const struct mill_window *w, const size_t *at);
 
 #endif

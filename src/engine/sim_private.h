@@ -61,12 +61,13 @@ struct mill_sim {
     struct mill_observer *impact_observer[MILL_SIM_OBSERVERS];
     double *met;   /* [balls] [s] simulated time of the last contact; NULL: soft spheres */
     double *touch; /* [species] [s] how long a contact of two of its balls lasts */
-    struct mill_sim_slabs *slabs; /* other threads that carry out events; NULL: none */
-    struct mill_memory_list *log; /* of one of these threads: contacts only go there */
-    struct mill_sim_entry entry;  /* the present contact, if there is no log */
-    uint64_t told;                /* the next contacts that the observers have got already, */
-    enum mill_status told_status; /* and what they said to the last of them */
-    struct mill_error *error;     /* of the present call of mill_sim_run */
+    struct mill_sim_slabs *slabs;      /* other threads that carry out events; NULL: none */
+    struct mill_memory_list *log;      /* of one of these threads: contacts only go there */
+    struct mill_sim_entry entry;       /* the present contact, if there is no log */
+    uint64_t told;                     /* the next contacts that the observers have got already, */
+    enum mill_status told_status;      /* and what they said to the last of them */
+    struct mill_error *error;          /* of the present call of mill_sim_run, as */
+    const volatile sig_atomic_t *stop; /* not 0: the call ends; NULL: nothing stops it */
     enum mill_status status;
 };
 
@@ -83,9 +84,8 @@ static inline void mill_sim_look_clear(struct mill_sim *sim, int32_t i)
         mill_sim_clear(sim, i);
 }
 
-/* Carries out all events before local time `limit` [s], or until the budget or *stop ends it. */
-void mill_sim_take_events(struct mill_sim *sim, double limit, uint64_t *budget,
-                          const volatile sig_atomic_t *stop);
+/* Carries out all events before local time `limit` [s], or until the budget is 0 or it stops. */
+void mill_sim_take_events(struct mill_sim *sim, double limit, uint64_t *budget);
 
 /* Where to write the next contact (sim_account.c): into the log, or for a while into the loop */
 struct mill_sim_entry *mill_sim_next_entry(struct mill_sim *sim);
@@ -109,6 +109,12 @@ static inline bool mill_sim_heed(struct mill_sim *sim, enum mill_status status)
 {
     sim->status = status != MILL_OK ? status : sim->status;
     return sim->status == MILL_OK || sim->status == MILL_ENDED;
+}
+
+/* Is the run to stop? Not while the observers are ahead of the balls. */
+static inline bool mill_sim_stops(const struct mill_sim *sim)
+{
+    return sim->told == 0 && sim->stop && *sim->stop;
 }
 
 /* The grids have found memory for a ball or, if not `found`, the run ends. */
@@ -147,8 +153,7 @@ void mill_sim_slabs_begin(struct mill_sim_slabs *slabs);
 void mill_sim_slabs_end(struct mill_sim_slabs *slabs);
 
 /* As mill_sim_take_events, on all threads. It ends with a whole window, also beyond the budget. */
-void mill_sim_slabs_run(struct mill_sim *sim, double limit, uint64_t *budget,
-                        const volatile sig_atomic_t *stop);
+void mill_sim_slabs_run(struct mill_sim *sim, double limit, uint64_t *budget);
 
 /* An event at local time t: counts how many come within short times. */
 void mill_sim_watch(struct mill_watch *watch, double t);

@@ -115,26 +115,24 @@ static void do_rest(void *slabs, int k)
 }
 
 /* Does a window again on one thread. */
-static void do_again(struct mill_sim_slabs *s, const struct mill_window *window, uint64_t *budget,
-                     const volatile sig_atomic_t *stop)
+static void do_again(struct mill_sim_slabs *s, const struct mill_window *window, uint64_t *budget)
 {
     /* while the observers are ahead of the balls, the run must not pause */
     uint64_t all = UINT64_MAX;
-    const bool ahead = s->of.sim->told > 0;
-    mill_sim_take_events(s->of.sim, window->end, ahead ? &all : budget, ahead ? NULL : stop);
+    mill_sim_take_events(s->of.sim, window->end, s->of.sim->told > 0 ? &all : budget);
     s->duration *= 0.5;
     s->patience = PATIENCE;
 }
 
 /* Settles the last window if this has not been done. false: it was done again on one thread */
-static bool flush(struct mill_sim_slabs *s, uint64_t *budget, const volatile sig_atomic_t *stop)
+static bool flush(struct mill_sim_slabs *s, uint64_t *budget)
 {
     const bool good = !s->pending || settle(s);
     s->pending = false;
     if (good)
         return true;
     mill_sim_lane_undo(&s->of, &s->last);
-    do_again(s, &s->last, budget, stop);
+    do_again(s, &s->last, budget);
     return false;
 }
 
@@ -153,7 +151,7 @@ static void balance(struct mill_sim_slabs *s)
 }
 
 /* Carries out a window on all threads, and settles the last one. */
-static void share(struct mill_sim_slabs *s, uint64_t *budget, const volatile sig_atomic_t *stop)
+static void share(struct mill_sim_slabs *s, uint64_t *budget)
 {
     if (++s->now.number % WINDOWS == 0)
         balance(s);
@@ -167,10 +165,10 @@ static void share(struct mill_sim_slabs *s, uint64_t *budget, const volatile sig
         mill_sim_lane_undo(&s->of, &s->now);
     if (!before) {
         mill_sim_lane_undo(&s->of, &s->last);
-        do_again(s, &s->last, budget, stop);
+        do_again(s, &s->last, budget);
         s->now.end = s->last.end;
     } else if (!good) {
-        do_again(s, &s->now, budget, stop);
+        do_again(s, &s->now, budget);
     } else {
         const uint64_t events = mill_sim_lane_events(&s->of, &s->now);
         for (int k = 0; k < s->of.count; k++) {
@@ -220,16 +218,13 @@ static void keep_pace(struct mill_pace *p, uint64_t events)
     p->events = 0;
 }
 
-void mill_sim_slabs_run(struct mill_sim *sim, double limit, uint64_t *budget,
-                        const volatile sig_atomic_t *stop)
+void mill_sim_slabs_run(struct mill_sim *sim, double limit, uint64_t *budget)
 {
     struct mill_sim_slabs *s = sim->slabs;
     s->now.end = sim->now;
     s->pace.began = clock_now();
     s->pace.events = 0;
-    while (sim->status == MILL_OK && *budget > 0 && s->now.end < limit) {
-        if (stop && *stop)
-            break;
+    while (sim->status == MILL_OK && *budget > 0 && s->now.end < limit && !mill_sim_stops(sim)) {
         const uint64_t before = *budget;
         const bool shares = !s->refused && !s->pace.alone && sim->world->counts.asleep == 0 &&
                             !mill_sim_hastes(&sim->watch) && (double)*budget > 4.0 * aim_of(s);
@@ -237,11 +232,11 @@ void mill_sim_slabs_run(struct mill_sim *sim, double limit, uint64_t *budget,
         s->now.end = mill_least(limit, s->now.begin + s->duration);
         s->cut_short = s->now.end == limit;
         if (shares) {
-            share(s, budget, stop);
-        } else if (flush(s, budget, stop)) { /* one thread goes on */
+            share(s, budget);
+        } else if (flush(s, budget)) { /* one thread goes on */
             uint64_t left = *budget < CHUNK ? *budget : CHUNK;
             *budget -= left;
-            mill_sim_take_events(sim, limit, &left, stop);
+            mill_sim_take_events(sim, limit, &left);
             *budget += left;
             s->now.end = left > 0 ? limit : sim->now;
         } else {
@@ -249,8 +244,8 @@ void mill_sim_slabs_run(struct mill_sim *sim, double limit, uint64_t *budget,
         }
         keep_pace(&s->pace, before - *budget);
     }
-    flush(s, budget, stop);
-    if (stop && *stop && sim->status == MILL_OK)
+    flush(s, budget);
+    if (mill_sim_stops(sim) && sim->status == MILL_OK)
         sim->status = MILL_STOPPED;
 }
 

@@ -57,19 +57,18 @@ static void tell_world(struct mill_sim *s, struct mill_state *state)
 static void tell_fields(struct mill_sim *s, int32_t *cell, struct mill_state *state)
 {
     const struct mill_rest *rest = &s->schedule->rest;
-    const size_t n = (size_t)s->world->balls;
+    const struct mill_pinch *pinch = s->pinches.ball;
+    const struct mill_bridge *bridge = s->bridges.ball;
+    const size_t n = (size_t)s->world->balls, resting = rest->calm > 0.0 ? n : 0;
     tell_world(s, state);
     mill_state_structs(state, "watch", sizeof s->watch, 1, &s->watch);
     mill_state_structs(state, "plan", sizeof *s->schedule->plan, n, s->schedule->plan);
-    mill_state_structs(state, "pinch", sizeof *s->pinches.ball, s->pinches.ball ? n : 0,
-                       s->pinches.ball);
+    mill_state_structs(state, "pinch", sizeof *pinch, pinch ? n : 0, s->pinches.ball);
     mill_state_field(state, "met", MILL_FIELD_F64, n, s->met);
-    mill_state_structs(state, "bridge", sizeof *s->bridges.ball, s->bridges.ball ? n : 0,
-                       s->bridges.ball);
+    mill_state_structs(state, "bridge", sizeof *bridge, bridge ? n : 0, s->bridges.ball);
     mill_state_field(state, "cell", MILL_FIELD_I32, n, cell);
-    mill_state_structs(state, "place", sizeof *rest->place, rest->calm > 0.0 ? n : 0, rest->place);
-    mill_state_field(state, "calm_epochs", MILL_FIELD_I32, rest->calm > 0.0 ? n : 0,
-                     rest->calm_epochs);
+    mill_state_structs(state, "place", sizeof *rest->place, resting, rest->place);
+    mill_state_field(state, "calm_epochs", MILL_FIELD_I32, resting, rest->calm_epochs);
 }
 
 /* Restarts the motions once per epoch, as the run did: their phases contain the rounding errors. */

@@ -145,8 +145,7 @@ static void publish(struct mill_soft *s)
     }
 }
 
-void mill_soft_run(struct mill_sim *sim, double limit, uint64_t *budget,
-                   const volatile sig_atomic_t *stop)
+void mill_soft_run(struct mill_sim *sim, double limit, uint64_t *budget)
 {
     struct mill_soft *s = sim->soft;
     bool good = true;
@@ -159,7 +158,7 @@ void mill_soft_run(struct mill_sim *sim, double limit, uint64_t *budget,
         sim->now = time_of(s, s->step);
         s->world->soft_facts.steps++;
         --*budget;
-        if (stop && *stop && sim->status == MILL_OK)
+        if (mill_sim_stops(sim) && sim->status == MILL_OK)
             sim->status = MILL_STOPPED;
         goes_on = good && sim->status == MILL_OK && *budget > 0 && time_of(s, s->step + 1) <= limit;
         s->teller = sim; /* what this tells an observer can end the run after the next step */

@@ -228,8 +228,7 @@ struct mill_soft {
 struct mill_soft *mill_soft_create(struct mill_world *world, struct mill_soft_spring *spring);
 void mill_soft_free(struct mill_soft *soft);
 /* As mill_sim_take_events: all steps that end until `limit` [s]; the world is then at the last. */
-void mill_soft_run(struct mill_sim *sim, double limit, uint64_t *budget,
-                   const volatile sig_atomic_t *stop);
+void mill_soft_run(struct mill_sim *sim, double limit, uint64_t *budget);
 
 /* A new epoch begins; the world's motions have been restarted. false: out of memory */
 bool mill_soft_restart(struct mill_soft *soft);

@@ -17,6 +17,56 @@
 /* Edges of more facets than this are not looked at for twins. */
 enum { MOST_SHARING = 64 };
 
+/* ---- shells: facets that hang together by their sides ---- */
+
+/* Sets pair[k] of each side k to the side of the same edge that the surface goes on with: it goes
+ * along the edge in the opposite direction. Where solids touch along an edge, these are facets of
+ * near numbers, because a file has one solid after the other. -1: there is none. gone[n]: facets
+ * that do not count any more. Returns the number of sides without a partner. As with brackets,
+ * sides that wait are a list, each with the one before it in pair[]. */
+static size_t pair_sides(struct mill_facets_joints *j, const bool *gone)
+{
+    size_t alone = 0;
+    for (size_t k = 0, end; k < j->edges; k = end) {
+        int32_t waits = -1;
+        end = k + mill_facets_sharing(j, k);
+        for (size_t i = k; i < end; i++) {
+            const int32_t other = waits;
+            j->pair[i] = -1;
+            if (gone[j->edge[i].facet])
+                continue;
+            j->pair[i] = other;
+            if (other < 0 || j->edge[other].forward == j->edge[i].forward) {
+                waits = (int32_t)i;
+            } else {
+                waits = j->pair[other];
+                j->pair[other] = (int32_t)i;
+            }
+        }
+        for (int32_t before; waits >= 0; waits = before, alone++) {
+            before = j->pair[waits];
+            j->pair[waits] = -1;
+        }
+    }
+    return alone;
+}
+
+/* Sets root[n] to one facet of the shell of each facet: of those that hang together by paired
+ * sides. apart: not by edges of more than two facets, where the pairs are only likely */
+static void find_roots(const struct mill_facets_joints *j, bool apart, int32_t *root)
+{
+    for (size_t k = 0; 3 * k < j->edges; k++)
+        root[k] = (int32_t)k;
+    for (size_t k = 0, end; k < j->edges; k = end) {
+        end = k + mill_facets_sharing(j, k);
+        for (size_t i = k; i < end && !(apart && end - k > 2); i++)
+            if (j->pair[i] >= 0)
+                mill_facets_merge(root, j->edge[i].facet, j->edge[j->pair[i]].facet);
+    }
+    for (size_t k = 0; 3 * k < j->edges; k++)
+        root[k] = mill_facets_root(root, (int32_t)k);
+}
+
 /* [m^3] signed, summed over a closed surface that within it */
 static double volume_of(const vec3 p[3])
 {
@@ -185,7 +235,7 @@ static bool part_rooms(struct mill_facets_check *c, bool container)
 {
     struct room *room = calloc(c->n, sizeof *room);
     int32_t balls = -1;
-    mill_facets_shells(&c->joints, false, c->shell);
+    find_roots(&c->joints, false, c->shell);
     for (size_t k = 0; room && k < c->n; k++)
         room[c->shell[k]].volume += c->gone[k] ? 0.0 : volume_of(c->facet[k]);
     for (size_t k = 0; room && k < c->n; k++)
@@ -230,7 +280,7 @@ static bool find_shells(struct mill_facets_check *c)
         c->across[e->facet][e->side] = pair < 0 ? e->facet : c->joints.edge[pair].facet;
     }
     int32_t *count = calloc(3 * c->n, sizeof *count);
-    mill_facets_shells(&c->joints, true, c->shell);
+    find_roots(&c->joints, true, c->shell);
     for (size_t k = 0; count && k < 3 * c->n; k++)
         count[c->joints.corner[k / 3][k % 3]]++;
     for (size_t k = 0; count && k < 3 * c->n; k++) {
@@ -248,13 +298,13 @@ static bool check(struct mill_facets_check *c, bool container)
     if (!mill_facets_join(c->facet, c->n, &c->joints))
         return false;
     mill_facets_check_areas(c);
-    c->whole = mill_facets_pair(&c->joints, c->gone) == 0 && r->faults == 0;
+    c->whole = pair_sides(&c->joints, c->gone) == 0 && r->faults == 0;
     if (!mill_facets_check_edges(c, false))
         return false;
-    mill_facets_shells(&c->joints, false, c->solid);
+    find_roots(&c->joints, false, c->solid);
     if (c->whole) {
         cancel_twins(c);
-        mill_facets_pair(&c->joints, c->gone);
+        pair_sides(&c->joints, c->gone);
     }
     if (!find_shells(c) || !mill_facets_plant(c->facet, c->n, &c->tree) ||
         !mill_facets_dress(&c->tree, c->facet, c->hub))
@@ -263,7 +313,7 @@ static bool check(struct mill_facets_check *c, bool container)
     if ((c->whole && !hide(c)) || !mill_facets_check_crossings(c))
         return false;
     take_out(c);
-    if (r->faults > 0 || mill_facets_pair(&c->joints, c->gone) > 0)
+    if (r->faults > 0 || pair_sides(&c->joints, c->gone) > 0)
         return r->faults > 0 || mill_facets_check_edges(c, true);
     if (!part_rooms(c, container))
         return false;

@@ -4,18 +4,6 @@
 
 #include "geometry/facets.h"
 
-/* ---- shells (facets_shells.c) ---- */
-
-/* Sets pair[k] of each side k to the side of the same edge that the surface goes on with: it goes
- * along the edge in the opposite direction. Where solids touch along an edge, these are facets of
- * near numbers, because a file has one solid after the other. -1: there is none. gone[n]: facets
- * that do not count any more. Returns the number of sides without a partner. */
-size_t mill_facets_pair(struct mill_facets_joints *joints, const bool *gone);
-
-/* Sets root[n] to one facet of the shell of each facet: of those that hang together by paired
- * sides. apart: not by edges of more than two facets, where the pairs are only likely */
-void mill_facets_shells(const struct mill_facets_joints *joints, bool apart, int32_t *root);
-
 /* A set is a tree of elements: each has the number of another one, the root its own. */
 static inline int32_t mill_facets_root(int32_t *root, int32_t of)
 {
@@ -29,8 +17,6 @@ static inline void mill_facets_merge(int32_t *root, int32_t one, int32_t other)
     const int32_t a = mill_facets_root(root, one), b = mill_facets_root(root, other);
     root[a < b ? b : a] = a < b ? a : b;
 }
-
-/* ---- lines (facets_line.c) ---- */
 
 /* A walk through all facets that the line from `from` to from + way may meet, in a tree with
  * sheaths, without nodes of the hubs `skip` (-1: none). The other members begin as zeros. */

@@ -22,7 +22,28 @@
  * overlap is shallower than half a step. After MOST_LOOKS, about 10 s, the check ends. */
 enum { PATIENCE = 1000000, MOST_LOOKS = 20000000 };
 #define COARSE 1e-10
+/* Directions and places that differ by no more than this are equal but for rounding */
+#define ROUNDING 1e-12
 #define PASSING 0.1 /* of a ball: steps of two solids that pass each other */
+
+/* A line at rest, about which a motion turns */
+struct line {
+    bool is; /* there is such a line */
+    vec3 through, direction;
+};
+
+struct side {
+    const struct mill_clash_solid *is;
+    const struct mill_motion *motion;
+    struct mill_motion_bounds bounds; /* of the centre of the sphere around it */
+    double size;                      /* [m] of that sphere */
+    double speed;           /* [m/s] no point moves faster, where the solid changes its place */
+    struct mill_pose begin; /* at t = 0 */
+    vec3 centre, axis;      /* at t = 0 */
+    bool keeps;             /* the solid always occupies the same points of space */
+    struct line ring;       /* the solid never leaves the ring around this line, */
+    double inner, outer;    /* [m] between these distances from the line */
+};
 
 struct check {
     const struct mill_setup *setup;
@@ -34,18 +55,143 @@ struct check {
     const struct mill_clash_solid *container;
     int walls;
     struct mill_wall wall[MILL_WALLS];
-    struct mill_clash_side *side[2]; /* the solids on each of the two motions */
+    struct side *side[2]; /* the solids on each of the two motions */
     int sides[2];
     double end;  /* [s] */
     double ball; /* [m] largest diameter */
     long looks;
 };
 
+/* ---- sides: bounds of speeds, and pairs that stay apart or at a constant distance ---- */
+
+/* [m] The largest distance of a point from the line through the centre, along the turning axis: a
+ * motion that turns about an axis of fixed direction moves points by this distance times the
+ * angular speed at most. 0 for a body that is round about that line. */
+static double turning_size(const struct side *s)
+{
+    const vec3 axis = s->bounds.axis;
+    if (s->is->solid->ball || s->bounds.turning == 0.0)
+        return 0.0;
+    if (!(vec3_norm(axis) > 0.0))
+        return s->size;
+    if (s->is->solid->round && vec3_norm(vec3_cross(s->axis, axis)) < ROUNDING)
+        return 0.0;
+    const struct mill_wall line = {.half = INFINITY};
+    const struct mill_pose frame = mill_part_frame(s->centre, axis);
+    const struct mill_pose in = mill_pose_relative(&s->begin, &frame);
+    return fmin(-mill_clash_gap_wall(&line, s->is, &in, 1e-3 * s->size).least, s->size);
+}
+
+/* The line about which `own` turns (NULL: at rest; then `other`). Two lines must be parallel. */
+static struct line line_of(const struct mill_motion *own, const struct mill_motion *other)
+{
+    const struct mill_motion *m = own ? own : other;
+    if (!m || m->on || !m->axial)
+        return (struct line){.is = false};
+    const bool alike = !other || (!other->on && other->axial &&
+                                  vec3_norm(vec3_cross(other->axis, m->axis)) < ROUNDING);
+    return (struct line){.is = alike, .through = m->through, .direction = m->axis};
+}
+
+/* Finds the ring about the line that the solid never leaves */
+static void find_ring(struct side *s, const struct line *line)
+{
+    const vec3 off = vec3_sub(s->centre, line->through);
+    const vec3 foot = vec3_axpy(line->through, vec3_dot(off, line->direction), line->direction);
+    const struct mill_pose frame = mill_part_frame(foot, line->direction);
+    const struct mill_pose in = mill_pose_relative(&s->begin, &frame);
+    const double near = 1e-6 * s->size,
+                 half = 2.0 * (s->size + vec3_norm(vec3_sub(foot, s->centre)));
+    const vec3 low = {0.0, 0.0, -half}, high = {0.0, 0.0, half};
+    struct mill_part axis = mill_part_facet(low, high, high, 0.0);
+    const struct mill_clash_solid around = {
+        .parts = 1, .part = &axis, .all = {axis.centre, axis.around, 0, -1}};
+    const struct mill_wall wall = {.half = INFINITY};
+    s->ring = *line;
+    s->inner = mill_clash_gap_solids(s->is, &around, &in, near).least;
+    s->outer = -mill_clash_gap_wall(&wall, s->is, &in, near).least;
+}
+
+static struct side side_of(const struct mill_clash_solid *is, const struct mill_motion *motion,
+                           const struct line *line)
+{
+    const struct mill_clash_ball *all = &is->all;
+    struct side s = {.is = is, .motion = motion, .size = all->radius};
+    s.bounds = mill_motion_bounds(motion, all->centre);
+    s.begin = mill_motion_pose(motion, 0.0);
+    s.centre = mill_pose_out(&s.begin, all->centre);
+    s.axis = mill_pose_turn_out(&s.begin, is->axis);
+    const double turning = s.bounds.turning * turning_size(&s);
+    s.keeps = turning == 0.0 && (s.bounds.speed == 0.0 ||
+                                 s.bounds.far <= ROUNDING * (s.size + vec3_norm(all->centre)));
+    s.speed = s.keeps ? 0.0 : s.bounds.speed + turning;
+    if (line->is)
+        find_ring(&s, line);
+    return s;
+}
+
+/* Does `s` only turn, and about the axis of `round`; of a ball, about any through its centre? */
+static bool turns_about(const struct side *s, const struct side *round)
+{
+    const struct mill_motion *m = s->motion;
+    if (!m)
+        return true;
+    const vec3 off = vec3_sub(round->centre, m->through);
+    return !m->on && m->axial &&
+           vec3_norm(vec3_cross(off, m->axis)) <= ROUNDING * (s->size + round->size) &&
+           (round->is->solid->ball || vec3_norm(vec3_cross(round->axis, m->axis)) < ROUNDING);
+}
+
+/* Is the distance of the two solids always the same? */
+static bool are_steady(const struct side *a, const struct side *b)
+{
+    return a->speed + b->speed == 0.0 || (b->keeps && b->is->solid->round && turns_about(a, b)) ||
+           (a->keeps && a->is->solid->round && turns_about(b, a));
+}
+
+/* Does no point of the solid ever move along this direction of the laboratory? */
+static bool is_level(const struct side *s, vec3 direction)
+{
+    return mill_motion_keeps(s->motion, mill_pose_turn_in(&s->begin, direction));
+}
+
+/* [m] coordinate of the solid's extreme point in a direction of the laboratory, at t = 0 */
+static double end_of(const struct side *s, vec3 way)
+{
+    const vec3 in = mill_pose_turn_in(&s->begin, way);
+    double most = -INFINITY;
+    for (int32_t k = 0; k < s->is->parts; k++) {
+        const struct mill_part *p = &s->is->part[k];
+        most = fmax(most, mill_part_extent(p, in));
+    }
+    return most + vec3_dot(way, s->begin.place);
+}
+
+/* Do they never come nearer than `near`? Three tests: the spheres that contain each solid at all
+ * times do not meet; nor do the rings; or the solids turn about one axis and are apart along it. */
+static bool are_apart(const struct side *a, const struct side *b, double near)
+{
+    const double apart = vec3_norm(vec3_sub(a->bounds.home, b->bounds.home));
+    if (apart - a->bounds.far - b->bounds.far - a->size - b->size > near)
+        return true;
+    if (a->ring.is && b->ring.is) { /* their lines are parallel or the same */
+        const vec3 off = vec3_sub(a->ring.through, b->ring.through);
+        const double between = vec3_norm(vec3_cross(off, a->ring.direction)) + near;
+        if (a->inner - b->outer > between || b->inner - a->outer > between)
+            return true;
+    }
+    const vec3 axis = a->bounds.turning > 0.0 ? a->bounds.axis : b->bounds.axis;
+    const vec3 back = vec3_scale(axis, -1.0);
+    if (!(vec3_norm(axis) > 0.0) || !is_level(a, axis) || !is_level(b, axis))
+        return false;
+    return -end_of(a, axis) - end_of(b, back) > near || -end_of(b, axis) - end_of(a, back) > near;
+}
+
 /* ---- marches ---- */
 
 /* Two solids, or a solid and one of the container's walls */
 struct march {
-    const struct mill_clash_side *a, *b;
+    const struct side *a, *b;
     int wall;           /* -1: none */
     double near, speed; /* [m] at which they touch, [m/s] */
     bool slides;        /* along the wall, which it may touch */
@@ -70,7 +216,7 @@ static double gap_at(struct check *c, const struct march *m, double t)
     return gap.least;
 }
 
-static int number_of(const struct check *c, const struct mill_clash_side *side)
+static int number_of(const struct check *c, const struct side *side)
 {
     return mill_clash_number(c->setup, side->is->surface);
 }
@@ -137,7 +283,7 @@ static void march(struct check *c, const struct march *m, double end, enum mill_
 
 /* ---- pairs ---- */
 
-static bool is_in_mesh(const struct mill_clash_side *a, const struct mill_clash_side *mesh)
+static bool is_in_mesh(const struct side *a, const struct side *mesh)
 {
     const struct mill_part *p = a->is->part;
     const vec3 at = a->is->solid->support ? p->centre : vec3_add(p->centre, p->core.corner[0]);
@@ -145,44 +291,42 @@ static bool is_in_mesh(const struct mill_clash_side *a, const struct mill_clash_
                                   mill_pose_in(&mesh->begin, mill_pose_out(&a->begin, at)));
 }
 
-static void check_pair(struct check *c, const struct mill_clash_side *a,
-                       const struct mill_clash_side *b)
+static void check_pair(struct check *c, const struct side *a, const struct side *b)
 {
     const bool holds = b->is == c->container;
     const enum mill_fault_code code = holds ? MILL_FAULT_OUTSIDE : MILL_FAULT_CLASH;
     const double near = TOUCH * (a->size + b->size);
     const double ball = fmax(near, c->ball);
-    if ((a->keeps && b->keeps) || (!holds && mill_clash_side_are_apart(a, b, ball)))
+    if ((a->keeps && b->keeps) || (!holds && are_apart(a, b, ball)))
         return;
     /* they never touch, but a ball can be pinched between them */
-    const bool apart = !holds && mill_clash_side_are_apart(a, b, near);
+    const bool apart = !holds && are_apart(a, b, near);
     /* a body inside a mesh, far from its facets */
     const struct march hidden = {a, b, -1, INFINITY, 0.0, false, 0.0};
     if (!apart && ((!b->is->solid->support && is_in_mesh(a, b) != holds) ||
                    (!a->is->solid->support && !holds && is_in_mesh(b, a))))
         march(c, &hidden, 0.0, code);
-    const double speed = mill_clash_side_are_steady(a, b) ? 0.0 : a->speed + b->speed;
+    const double speed = are_steady(a, b) ? 0.0 : a->speed + b->speed;
     const struct march open = {a, b, -1, near, speed, false, apart ? PASSING * ball : 0.0};
     march(c, &open, c->end, code);
 }
 
 /* A body may pierce a wall if both never change the space that they occupy. It may slide along a
  * flat wall. For other walls the distance may be constant. */
-static void check_walls(struct check *c, const struct mill_clash_side *a,
-                        const struct mill_clash_side *b)
+static void check_walls(struct check *c, const struct side *a, const struct side *b)
 {
     const struct mill_body *is = c->container->body;
     for (int k = 0; k < c->walls; k++) {
         const struct mill_wall *w = &c->wall[k];
         const vec3 normal = mill_pose_turn_out(&b->begin, mill_body_turn_out(is, w->normal));
-        const bool kept = b->keeps || (w->flat && mill_clash_side_is_level(b, normal));
+        const bool kept = b->keeps || (w->flat && is_level(b, normal));
         /* a contour that turns is not round */
         const bool odd = !w->flat && is->corners > 0 && b->bounds.turning > 0.0;
         if (kept && a->keeps && !odd)
             continue;
-        const bool level = kept && w->flat && mill_clash_side_is_level(a, normal);
-        const bool same = a->speed + b->speed == 0.0 || level ||
-                          (kept && !w->flat && mill_clash_side_turns_about(a, b));
+        const bool level = kept && w->flat && is_level(a, normal);
+        const bool same =
+            a->speed + b->speed == 0.0 || level || (kept && !w->flat && turns_about(a, b));
         const struct march m = {.a = a,
                                 .b = b,
                                 .wall = k,
@@ -193,15 +337,11 @@ static void check_walls(struct check *c, const struct mill_clash_side *a,
     }
 }
 
-static void check_two(struct check *c, const struct mill_clash_side *a,
-                      const struct mill_clash_side *b)
+static void check_two(struct check *c, const struct side *a, const struct side *b)
 {
-    if (a->is == c->container || (b->is != c->container && a->is->surface > b->is->surface)) {
-        const struct mill_clash_side *swap = a;
-        a = b;
-        b = swap;
-    }
-    if (b->is == c->container && c->walls > 0)
+    if (a->is == c->container || (b->is != c->container && a->is->surface > b->is->surface))
+        check_two(c, b, a);
+    else if (b->is == c->container && c->walls > 0)
         check_walls(c, a, b);
     else
         check_pair(c, a, b);
@@ -233,11 +373,11 @@ static struct mill_motion *next_to(const struct check *c, const struct mill_moti
 static void take_sides(struct check *c, int which, const struct mill_motion *motion,
                        const struct mill_motion *own, const struct mill_motion *other)
 {
-    const struct mill_clash_line line = mill_clash_side_line(own, other);
+    const struct line line = line_of(own, other);
     c->sides[which] = 0;
     for (int k = 0; k < c->solids; k++)
         if (c->solid[k].motion == motion)
-            c->side[which][c->sides[which]++] = mill_clash_side_of(&c->solid[k], own, &line);
+            c->side[which][c->sides[which]++] = side_of(&c->solid[k], own, &line);
 }
 
 static void check_motions(struct check *c, const struct mill_motion *a, const struct mill_motion *b)
