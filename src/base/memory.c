@@ -30,3 +30,24 @@ void *mill_memory_add(struct mill_memory_list *l)
     }
     return (char *)l->item + l->count++ * l->size;
 }
+
+void *mill_memory_take(struct mill_memory_pool *pool, size_t count, size_t size)
+{
+    pool->block.size = sizeof(void *);
+    void **block = mill_memory_add(&pool->block), *memory = mill_memory_get(count, size);
+    if (block && memory)
+        return *block = memory;
+    free(memory);
+    pool->block.count -= block != NULL;
+    pool->failed = true;
+    return NULL;
+}
+
+void mill_memory_drop(struct mill_memory_pool *pool)
+{
+    void **block = pool->block.item;
+    while (pool->block.count > 0)
+        free(block[--pool->block.count]);
+    free(block);
+    *pool = (struct mill_memory_pool){.failed = false};
+}

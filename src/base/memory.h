@@ -2,6 +2,7 @@
 #ifndef MILLSIM_MEMORY_H
 #define MILLSIM_MEMORY_H
 
+#include <stdbool.h>
 #include <stddef.h>
 
 /* count * size zero bytes, aligned to a cache line; free() frees them. NULL: out of memory. */
@@ -15,5 +16,15 @@ struct mill_memory_list {
 
 /* Adds an item, without content, and returns it. NULL: out of memory */
 void *mill_memory_add(struct mill_memory_list *list);
+
+/* Memory that its owner frees at once */
+struct mill_memory_pool {
+    struct mill_memory_list block;
+    bool failed; /* some of it was not there */
+};
+
+/* As mill_memory_get, from a pool; drop frees all of it. */
+void *mill_memory_take(struct mill_memory_pool *pool, size_t count, size_t size);
+void mill_memory_drop(struct mill_memory_pool *pool);
 
 #endif

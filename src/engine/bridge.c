@@ -1,10 +1,7 @@
 /* When do bridges give way? bridge.h gives the rules; docs/physics.md tells how they were found. */
 #include "engine/bridge.h"
 
-#include "base/memory.h"
 #include "geometry/shape.h"
-
-#include <stdlib.h>
 
 /* A bridge bears at most so many impacts of its balls at the surfaces' speed in one duration. */
 #define IMPACTS 40.0
@@ -14,7 +11,8 @@
 #define LOST 0.008
 #define CROWDED 0.5
 
-bool mill_bridges_create(struct mill_bridges *p, const struct mill_world *w)
+bool mill_bridges_create(struct mill_bridges *p, const struct mill_world *w,
+                         struct mill_memory_pool *memory)
 {
     bool two = false; /* motions */
     const struct mill_shape *first = NULL;
@@ -30,9 +28,9 @@ bool mill_bridges_create(struct mill_bridges *p, const struct mill_world *w)
     }
     if (!two || p->speed <= 0.0)
         return true;
-    p->duration = malloc(sizeof *p->duration * (size_t)w->species_count);
-    p->ball = mill_memory_get((size_t)w->balls, sizeof *p->ball);
-    if (!p->duration || !p->ball)
+    p->duration = mill_memory_take(memory, (size_t)w->species_count, sizeof *p->duration);
+    p->ball = mill_memory_take(memory, (size_t)w->balls, sizeof *p->ball);
+    if (memory->failed)
         return false;
     for (int k = 0; k < w->species_count; k++)
         p->duration[k] = mill_impact_duration(w->species[k].mass, w->species[k].radius, p->speed);
@@ -40,12 +38,6 @@ bool mill_bridges_create(struct mill_bridges *p, const struct mill_world *w)
         p->ball[i] = (struct mill_bridge){
             .touched = -1.0, .met = -1.0, .last = -1.0, .other = -1.0, .shape = -1, .partner = -1};
     return true;
-}
-
-void mill_bridges_free(struct mill_bridges *p)
-{
-    free(p->ball);
-    free(p->duration);
 }
 
 void mill_bridges_touch(struct mill_bridges *p, int32_t i, int32_t shape, vec3 normal, double t)

@@ -10,6 +10,7 @@
 #ifndef MILLSIM_BRIDGE_H
 #define MILLSIM_BRIDGE_H
 
+#include "base/memory.h"
 #include "millsim/world.h"
 
 struct mill_shape;
@@ -32,8 +33,8 @@ struct mill_bridges {
 };
 
 /* False when out of memory */
-bool mill_bridges_create(struct mill_bridges *bridges, const struct mill_world *world);
-void mill_bridges_free(struct mill_bridges *bridges);
+bool mill_bridges_create(struct mill_bridges *bridges, const struct mill_world *world,
+                         struct mill_memory_pool *memory);
 
 /* Does ball i give way at local time t? */
 static inline bool mill_bridges_give(const struct mill_bridges *p, const struct mill_world *w,

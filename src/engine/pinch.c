@@ -1,10 +1,7 @@
 /* When is a ball pressed, and when must it be let go? pinch.h gives the rules. */
 #include "engine/pinch.h"
 
-#include "base/memory.h"
 #include "geometry/shape.h"
-
-#include <stdlib.h>
 
 /* An elastic impact at the bodies' speed v gives a ball 2 m v. The force of ten of them within the
  * duration of one would press a soft sphere in three times as deep as one impact does. Half or
@@ -20,7 +17,8 @@
  * clearances of 0.9 to 1 diameters, 0.03 to 0.05 give the right power (validation/dem). */
 #define LOST 0.04
 
-bool mill_pinches_create(struct mill_pinches *p, const struct mill_world *w)
+bool mill_pinches_create(struct mill_pinches *p, const struct mill_world *w,
+                         struct mill_memory_pool *memory)
 {
     double speed = 0.0;
     for (int k = 0; k < w->shapes; k++) {
@@ -31,11 +29,11 @@ bool mill_pinches_create(struct mill_pinches *p, const struct mill_world *w)
     if (speed <= 0.0)
         return true;
     p->parting = fmax(PARTING * speed, w->rebound_floor);
-    p->duration = malloc(sizeof *p->duration * (size_t)w->species_count);
-    p->most = malloc(sizeof *p->most * (size_t)w->species_count);
-    p->ball = mill_memory_get((size_t)w->balls, sizeof *p->ball);
-    p->held = calloc((size_t)w->balls + 1, 1);
-    if (!p->duration || !p->most || !p->ball || !p->held)
+    p->duration = mill_memory_take(memory, (size_t)w->species_count, sizeof *p->duration);
+    p->most = mill_memory_take(memory, (size_t)w->species_count, sizeof *p->most);
+    p->ball = mill_memory_take(memory, (size_t)w->balls, sizeof *p->ball);
+    p->held = mill_memory_take(memory, (size_t)w->balls, 1);
+    if (memory->failed)
         return false;
     for (int k = 0; k < w->species_count; k++) {
         const double mass = w->species[k].mass;
@@ -45,14 +43,6 @@ bool mill_pinches_create(struct mill_pinches *p, const struct mill_world *w)
     for (int32_t i = 0; i < w->balls; i++)
         p->ball[i] = (struct mill_pinch){.since = -1.0, .last = -1.0};
     return true;
-}
-
-void mill_pinches_free(struct mill_pinches *p)
-{
-    free(p->ball);
-    free(p->held);
-    free(p->duration);
-    free(p->most);
 }
 
 double mill_pinches_meet(struct mill_pinches *p, const struct mill_world *w, int32_t i, double t)

@@ -12,6 +12,7 @@
 #ifndef MILLSIM_PINCH_H
 #define MILLSIM_PINCH_H
 
+#include "base/memory.h"
 #include "millsim/world.h"
 
 struct mill_pinch {
@@ -32,8 +33,8 @@ struct mill_pinches {
 };
 
 /* False when out of memory */
-bool mill_pinches_create(struct mill_pinches *pinches, const struct mill_world *world);
-void mill_pinches_free(struct mill_pinches *pinches);
+bool mill_pinches_create(struct mill_pinches *pinches, const struct mill_world *world,
+                         struct mill_memory_pool *memory);
 
 /* Is ball i pressed at local time t? */
 static inline bool mill_pinches_press(const struct mill_pinches *p, const struct mill_world *w,

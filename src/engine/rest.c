@@ -3,11 +3,8 @@
  * The certified search of poly.h finds it, as for the drum. */
 #include "engine/rest.h"
 
-#include "base/memory.h"
 #include "engine/slabs.h"
 #include "geometry/shape.h"
-
-#include <stdlib.h>
 
 #define CALM 4.0   /* rebound floors */
 #define SWIFT 10.0 /* rebound floors: maximum speed of each body that moves at all */
@@ -42,18 +39,11 @@ bool mill_rest_create(struct mill_schedule *q, double widening)
     p->calm = calm;
     p->up = vec3_scale(w->g, -1.0 / g);
     p->epochs = (int32_t)fmax(2.0, ceil(WHILE * sqrt(q->widest / g) / MILL_WORLD_EPOCH));
-    p->place = mill_memory_get((size_t)w->balls, sizeof *p->place);
-    p->calm_epochs = mill_memory_get((size_t)w->balls, sizeof *p->calm_epochs);
+    p->place = mill_memory_take(&q->memory, (size_t)w->balls, sizeof *p->place);
+    p->calm_epochs = mill_memory_take(&q->memory, (size_t)w->balls, sizeof *p->calm_epochs);
     for (int32_t i = 0; p->place && i < w->balls; i++)
         p->place[i] = w->ball[i].r;
-    return p->place && p->calm_epochs;
-}
-
-void mill_rest_release(struct mill_rest *p)
-{
-    mill_grids_release(&p->grids);
-    free(p->place);
-    free(p->calm_epochs);
+    return !q->memory.failed;
 }
 
 bool mill_rest_lie_down(struct mill_schedule *q, int32_t i)

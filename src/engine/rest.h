@@ -28,7 +28,6 @@ struct mill_rest {
 
 /* Which balls of a new schedule can rest? widening: that of its grids. False when out of memory */
 bool mill_rest_create(struct mill_schedule *schedule, double widening);
-void mill_rest_release(struct mill_rest *rest);
 
 /* [m] How far a ball of this radius may move from its place and still count as being there */
 static inline double mill_rest_room(const struct mill_rest *rest, double radius)

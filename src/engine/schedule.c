@@ -4,7 +4,6 @@
 #include "engine/schedule.h"
 
 #include "base/elementary.h"
-#include "base/memory.h"
 #include "engine/slabs.h"
 #include "geometry/solid.h"
 
@@ -27,7 +26,7 @@ static bool list_surfaces(struct mill_schedule *p)
     const struct mill_world *w = p->world;
     const double widest = p->widest;
     const int32_t cells = mill_cells_count(p->cells);
-    p->surface_start = malloc(sizeof *p->surface_start * ((size_t)cells + 1));
+    p->surface_start = mill_memory_take(&p->memory, (size_t)cells + 1, sizeof *p->surface_start);
     if (!p->surface_start)
         return false;
     struct mill_memory_list list = {.size = sizeof *p->surface};
@@ -134,11 +133,11 @@ static bool build(struct mill_schedule *p, struct mill_world *w)
     p->search = mill_pairs_choose();
     p->pull = vec3_norm(w->g);
     p->thinnest = INFINITY;
-    p->lately = calloc((size_t)w->motions + 1, sizeof *p->lately);
-    p->radius = malloc(sizeof *p->radius * (size_t)w->species_count);
-    p->plan = mill_memory_get(n, sizeof *p->plan);
+    p->lately = mill_memory_take(&p->memory, (size_t)w->motions, sizeof *p->lately);
+    p->radius = mill_memory_take(&p->memory, (size_t)w->species_count, sizeof *p->radius);
+    p->plan = mill_memory_take(&p->memory, n, sizeof *p->plan);
     p->calendar = p->plan ? mill_calendar_create(w->balls, &p->plan->event, sizeof *p->plan) : NULL;
-    if (!p->lately || !p->radius || !p->calendar || !make_buffers(p))
+    if (p->memory.failed || !p->calendar || !make_buffers(p))
         return false;
     for (int k = 0; k < w->species_count; k++) {
         p->radius[k] = w->species[k].radius;
@@ -197,12 +196,9 @@ void mill_schedule_free(struct mill_schedule *p)
         return;
     mill_calendar_free(p->calendar);
     mill_grids_release(&p->grids);
-    mill_rest_release(&p->rest);
-    free(p->lately);
-    free(p->radius);
-    free(p->plan);
+    mill_grids_release(&p->rest.grids);
+    mill_memory_drop(&p->memory);
     free(p->scratch);
-    free(p->surface_start);
     free(p->surface);
     free(p);
 }

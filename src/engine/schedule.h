@@ -3,6 +3,7 @@
 #ifndef MILLSIM_SCHEDULE_H
 #define MILLSIM_SCHEDULE_H
 
+#include "base/memory.h"
 #include "engine/calendar.h"
 #include "engine/grids.h"
 #include "engine/pairs.h"
@@ -67,6 +68,7 @@ struct mill_slabs;
 struct mill_slab_mark;
 
 struct mill_schedule {
+    struct mill_memory_pool memory; /* of plans, poses, radii and what rests */
     struct mill_world *world;
     struct mill_grids grids;
     const struct mill_cells *cells; /* of the finest grid */

@@ -79,14 +79,14 @@ static void end_epoch(struct mill_sim *sim)
 static bool remember_contacts(struct mill_sim *s)
 {
     const struct mill_world *w = s->world;
-    s->met = calloc((size_t)w->balls, sizeof *s->met);
-    s->touch = calloc((size_t)w->species_count, sizeof *s->touch);
+    s->met = mill_memory_take(&s->memory, (size_t)w->balls, sizeof *s->met);
+    s->touch = mill_memory_take(&s->memory, (size_t)w->species_count, sizeof *s->touch);
     for (int32_t i = 0; s->met && i < w->balls; i++)
         s->met[i] = -(double)INFINITY;
     for (int k = 0; s->touch && k < w->species_count; k++)
         s->touch[k] = mill_impact_duration(0.5 * w->species[k].mass, 0.5 * w->species[k].radius,
                                            MILL_IMPACT_SLOW);
-    return s->met && s->touch;
+    return !s->memory.failed;
 }
 
 enum mill_status mill_sim_create(struct mill_world *world, struct mill_sim **sim,
@@ -100,8 +100,8 @@ enum mill_status mill_sim_create(struct mill_world *world, struct mill_sim **sim
     if (fits && soft)
         fits = (s->soft = mill_soft_create(world, mill_soft_springs(world))) != NULL;
     else if (fits)
-        fits = mill_pinches_create(&s->pinches, world) && mill_bridges_create(&s->bridges, world) &&
-               remember_contacts(s);
+        fits = mill_pinches_create(&s->pinches, world, &s->memory) &&
+               mill_bridges_create(&s->bridges, world, &s->memory) && remember_contacts(s);
     const enum mill_status status =
         !fits  ? mill_error_set(error, MILL_FAILED, "out of memory for the %s",
                                soft ? "soft spheres" : "event loop")
@@ -123,10 +123,7 @@ void mill_sim_free(struct mill_sim *sim)
     mill_sim_slabs_free(sim->slabs);
     mill_soft_free(sim->soft);
     mill_schedule_free(sim->schedule);
-    mill_pinches_free(&sim->pinches);
-    mill_bridges_free(&sim->bridges);
-    free(sim->met);
-    free(sim->touch);
+    mill_memory_drop(&sim->memory);
     free(sim->proof);
     free(sim);
 }

@@ -1,5 +1,4 @@
 /* Where a contact goes: into the account of the run and to the observers, in order of time */
-#include "base/memory.h"
 #include "engine/sim_private.h"
 #include "geometry/shape.h"
 

@@ -4,7 +4,6 @@
 #ifndef MILL_SIM_LANE_H
 #define MILL_SIM_LANE_H
 
-#include "base/memory.h"
 #include "engine/sim_private.h"
 #include "engine/slabs.h"
 

@@ -47,6 +47,7 @@ struct mill_sim_proof {
 struct mill_soft;
 
 struct mill_sim {
+    struct mill_memory_pool memory; /* of pinches, bridges, met and touch */
     struct mill_world *world;
     struct mill_soft *soft; /* instead of the schedule and what belongs to it; NULL: hard spheres */
     struct mill_schedule *schedule;

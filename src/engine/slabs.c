@@ -4,8 +4,6 @@
  * its slab changes balls up to one layer beyond, and two layers further the other one may work. */
 #include "engine/slabs.h"
 
-#include "base/memory.h"
-
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>

@@ -279,17 +279,16 @@ struct mill_soft *mill_soft_create(struct mill_world *w, struct mill_soft_spring
     }
     s->world = w;
     s->spring = spring;
-    s->place = mill_memory_get(n, sizeof *s->place);
-    s->load = mill_memory_get(n, sizeof *s->load);
-    s->course = mill_memory_get(n, sizeof *s->course);
-    s->ball = mill_memory_get(n, sizeof *s->ball);
-    s->spare = mill_memory_get(n, sizeof *s->spare);
-    s->due = calloc(n * shapes + 1, sizeof *s->due);
-    s->look = calloc(n + 1, sizeof *s->look);
-    s->speed = calloc(shapes + 1, sizeof *s->speed);
-    s->pose = calloc((size_t)w->motions + 1, sizeof *s->pose);
-    bool good = s->spring && s->place && s->load && s->course && s->ball && s->spare && s->due &&
-                s->look && s->speed && s->pose && mill_soft_lists_create(s);
+    s->place = mill_memory_take(&s->memory, n, sizeof *s->place);
+    s->load = mill_memory_take(&s->memory, n, sizeof *s->load);
+    s->course = mill_memory_take(&s->memory, n, sizeof *s->course);
+    s->ball = mill_memory_take(&s->memory, n, sizeof *s->ball);
+    s->spare = mill_memory_take(&s->memory, n, sizeof *s->spare);
+    s->due = mill_memory_take(&s->memory, n * shapes, sizeof *s->due);
+    s->look = mill_memory_take(&s->memory, n, sizeof *s->look);
+    s->speed = mill_memory_take(&s->memory, shapes, sizeof *s->speed);
+    s->pose = mill_memory_take(&s->memory, (size_t)w->motions, sizeof *s->pose);
+    bool good = s->spring && mill_soft_lists_create(s);
     s->threads = 1;
     if (good) {
         if (w->soft.on) {
@@ -317,20 +316,7 @@ void mill_soft_free(struct mill_soft *s)
     mill_soft_use_threads(s, 1);
     mill_soft_lists_free(s);
     mill_soft_springs_free(s->spring, s->world);
-    free(s->place);
-    free(s->load);
-    free(s->course);
-    free(s->ball);
-    free(s->spare);
-    free(s->due);
-    free(s->look);
-    free(s->speed);
-    free(s->pose);
-    if (s->watch) {
-        free(s->watch->before);
-        free(s->watch->seen);
-    }
-    free(s->watch);
+    mill_memory_drop(&s->memory);
     free(s);
 }
 

@@ -2,7 +2,6 @@
 #ifndef MILL_ENGINE_SOFT_H
 #define MILL_ENGINE_SOFT_H
 
-#include "base/memory.h"
 #include "engine/crew.h"
 #include "engine/grids.h"
 #include "engine/sim_private.h"
@@ -185,6 +184,7 @@ struct mill_soft_watch {
 };
 
 struct mill_soft {
+    struct mill_memory_pool memory; /* of the arrays */
     struct mill_world *world;
     struct mill_soft_watch *watch; /* NULL: this program computes the run */
     struct mill_soft_spring *spring;

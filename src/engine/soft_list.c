@@ -33,11 +33,12 @@ bool mill_soft_lists_create(struct mill_soft *s)
                              : s->parts > MILL_SOFT_PARTS ? MILL_SOFT_PARTS
                                                           : s->parts;
     s->wide = *w;
-    s->wide.species = malloc((size_t)w->species_count * sizeof *s->wide.species);
-    s->begin = calloc(n + 1, sizeof *s->begin);
-    s->slot = calloc(n + 1, sizeof *s->slot);
-    s->order = calloc(n + 1, sizeof *s->order);
-    if (!s->wide.species || !s->begin || !s->slot || !s->order)
+    s->wide.species =
+        mill_memory_take(&s->memory, (size_t)w->species_count, sizeof *s->wide.species);
+    s->begin = mill_memory_take(&s->memory, n + 1, sizeof *s->begin);
+    s->slot = mill_memory_take(&s->memory, n, sizeof *s->slot);
+    s->order = mill_memory_take(&s->memory, n, sizeof *s->order);
+    if (s->memory.failed)
         return false;
     for (int k = 0; k < w->species_count; k++) {
         s->wide.species[k] = w->species[k];
@@ -53,7 +54,7 @@ bool mill_soft_lists_create(struct mill_soft *s)
         p->told.size = sizeof(struct mill_sim_entry);
         p->unused = -1;
         p->around = malloc((n + MILL_CELL_ROW) * sizeof *p->around);
-        p->sent = calloc(2 * (size_t)s->parts, sizeof *p->sent);
+        p->sent = mill_memory_take(&s->memory, 2 * (size_t)s->parts, sizeof *p->sent);
         if (!p->around || !p->sent)
             return false;
         p->kick = p->sent + s->parts;
@@ -69,17 +70,12 @@ void mill_soft_lists_free(struct mill_soft *s)
         struct mill_soft_part *p = &s->part[k];
         for (int to = 0; p->sent && to < 2 * s->parts; to++)
             free(p->sent[to].item);
-        free(p->sent);
         free(p->near.item);
         free(p->touch.item);
         free(p->told.item);
         free(p->around);
     }
     mill_grids_release(&s->grids);
-    free(s->wide.species);
-    free(s->begin);
-    free(s->slot);
-    free(s->order);
 }
 
 /* ---- contacts and their places ---- */

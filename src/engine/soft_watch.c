@@ -331,15 +331,15 @@ struct mill_soft *mill_soft_watch_create(struct mill_world *w)
     struct mill_soft *s = spring ? mill_soft_create(w, spring) : NULL;
     if (!s)
         return NULL;
-    s->watch = calloc(1, sizeof *s->watch);
+    s->watch = mill_memory_take(&s->memory, 1, sizeof *s->watch);
     if (s->watch) {
         s->watch->touch = touch;
         s->watch->last = s->watch->now = NAN;
-        s->watch->before = calloc(n + 1, sizeof *s->watch->before);
-        s->watch->seen = calloc(n + 1, sizeof *s->watch->seen);
-        if (s->watch->before && s->watch->seen)
-            return s;
+        s->watch->before = mill_memory_take(&s->memory, n, sizeof *s->watch->before);
+        s->watch->seen = mill_memory_take(&s->memory, n, sizeof *s->watch->seen);
     }
+    if (!s->memory.failed)
+        return s;
     mill_soft_free(s);
     return NULL;
 }

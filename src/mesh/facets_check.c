@@ -12,7 +12,6 @@
 #include <assert.h>
 #include <stdarg.h>
 #include <stdio.h>
-#include <stdlib.h>
 
 /* Fraction of its longest side: a facet with less height has no area */
 #define NO_AREA 1e-9
@@ -98,12 +97,10 @@ static void tell_edges(struct mill_facets_check *c, enum trouble what, int32_t *
 bool mill_facets_check_edges(struct mill_facets_check *c, bool united)
 {
     const enum trouble last = united ? SEAM : KNOT;
-    int32_t *count = malloc(c->joints.edges * sizeof *count);
-    int32_t *root = malloc(c->joints.edges * sizeof *root);
+    int32_t *count = mill_memory_take(&c->memory, c->joints.edges, sizeof *count);
+    int32_t *root = mill_memory_take(&c->memory, c->joints.edges, sizeof *root);
     for (enum trouble what = united ? SEAM : HOLE; count && root && what <= last; what++)
         tell_edges(c, what, count, root);
-    free(count);
-    free(root);
     return count && root;
 }
 
@@ -257,7 +254,7 @@ static void meet(const struct mill_facets_check *c, struct meeting *m, const vec
 
 bool mill_facets_check_crossings(struct mill_facets_check *c)
 {
-    bool *told = calloc(3 * c->n, sizeof *told);
+    bool *told = mill_memory_take(&c->memory, 3 * c->n, sizeof *told);
     for (size_t k = 0; told && k < c->joints.edges; k++) {
         const struct mill_facets_edge *e = &c->joints.edge[k];
         const int32_t pair = c->joints.pair[k];
@@ -275,6 +272,5 @@ bool mill_facets_check_crossings(struct mill_facets_check *c)
             if (m.facet[2] != e->facet && m.facet[2] != f->facet && !c->gone[m.facet[2]])
                 meet(c, &m, apex, told);
     }
-    free(told);
     return told != NULL;
 }

@@ -172,7 +172,7 @@ static void look_out(struct mill_facets_check *c, const double *volume, int32_t 
 
 static bool hide(struct mill_facets_check *c)
 {
-    double *volume = calloc(c->n, sizeof *volume);
+    double *volume = mill_memory_take(&c->memory, c->n, sizeof *volume);
     for (size_t k = 0; volume && k < c->n; k++)
         volume[c->solid[k]] += volume_of(c->facet[k]);
     /* most meshes are one shell: nothing can hide its facets */
@@ -185,7 +185,6 @@ static bool hide(struct mill_facets_check *c)
         if (!c->gone[k])
             look_out(c, volume, (int32_t)k);
     }
-    free(volume);
     return volume != NULL;
 }
 
@@ -233,7 +232,7 @@ static bool is_cavity(const struct room *room, int32_t shell)
 /* Leaves the shells of the room that the balls are in: for a container the largest. */
 static bool part_rooms(struct mill_facets_check *c, bool container)
 {
-    struct room *room = calloc(c->n, sizeof *room);
+    struct room *room = mill_memory_take(&c->memory, c->n, sizeof *room);
     int32_t balls = -1;
     find_roots(&c->joints, false, c->shell);
     for (size_t k = 0; room && k < c->n; k++)
@@ -259,7 +258,6 @@ static bool part_rooms(struct mill_facets_check *c, bool container)
             c->report->closed += room[k].own;
         c->hidden[k] = shell != balls && room[shell].around != balls;
     }
-    free(room);
     return room != NULL;
 }
 
@@ -279,7 +277,7 @@ static bool find_shells(struct mill_facets_check *c)
         const int32_t pair = c->joints.pair[k];
         c->across[e->facet][e->side] = pair < 0 ? e->facet : c->joints.edge[pair].facet;
     }
-    int32_t *count = calloc(3 * c->n, sizeof *count);
+    int32_t *count = mill_memory_take(&c->memory, 3 * c->n, sizeof *count);
     find_roots(&c->joints, true, c->shell);
     for (size_t k = 0; count && k < 3 * c->n; k++)
         count[c->joints.corner[k / 3][k % 3]]++;
@@ -288,7 +286,6 @@ static bool find_shells(struct mill_facets_check *c)
         if (k % 3 == 0 || count[corner] > count[c->hub[k / 3]])
             c->hub[k / 3] = corner;
     }
-    free(count);
     return count != NULL;
 }
 
@@ -336,14 +333,13 @@ bool mill_facets_unite(struct mill_body *is, vec3 (*facet)[3], struct mill_facet
             n);
         return true;
     }
-    c.shell = malloc(n * sizeof *c.shell);
-    c.solid = malloc(n * sizeof *c.solid);
-    c.hub = malloc(n * sizeof *c.hub);
-    c.across = malloc(n * sizeof *c.across);
-    c.gone = calloc(n, sizeof *c.gone);
-    c.hidden = calloc(n, sizeof *c.hidden);
-    const bool good =
-        c.shell && c.solid && c.hub && c.across && c.gone && c.hidden && check(&c, is->inside);
+    c.shell = mill_memory_take(&c.memory, n, sizeof *c.shell);
+    c.solid = mill_memory_take(&c.memory, n, sizeof *c.solid);
+    c.hub = mill_memory_take(&c.memory, n, sizeof *c.hub);
+    c.across = mill_memory_take(&c.memory, n, sizeof *c.across);
+    c.gone = mill_memory_take(&c.memory, n, sizeof *c.gone);
+    c.hidden = mill_memory_take(&c.memory, n, sizeof *c.hidden);
+    const bool good = !c.memory.failed && check(&c, is->inside);
     for (size_t k = 0; good && r->faults == 0 && k < n; k++) {
         const vec3 p[3] = {facet[k][0], facet[k][r->hollow ? 2 : 1], facet[k][r->hollow ? 1 : 2]};
         if (!c.gone[k])
@@ -354,11 +350,6 @@ bool mill_facets_unite(struct mill_body *is, vec3 (*facet)[3], struct mill_facet
     is->facets = left > 0 ? left : n;
     mill_facets_part(&c.joints);
     mill_facets_fell(&c.tree);
-    free(c.shell);
-    free(c.solid);
-    free(c.hub);
-    free(c.across);
-    free(c.gone);
-    free(c.hidden);
+    mill_memory_drop(&c.memory);
     return good;
 }

@@ -2,6 +2,7 @@
 #ifndef MILL_FACETS_UNITE_H
 #define MILL_FACETS_UNITE_H
 
+#include "base/memory.h"
 #include "geometry/facets.h"
 
 /* A set is a tree of elements: each has the number of another one, the root its own. */
@@ -66,6 +67,7 @@ static inline void mill_facets_report_progress(const struct mill_facets_report *
 
 /* A mesh while it is checked */
 struct mill_facets_check {
+    struct mill_memory_pool memory;
     const vec3 (*facet)[3];
     size_t n;
     struct mill_facets_report *report;

@@ -113,12 +113,13 @@ static struct discs parts;
 static struct bench mill;
 static struct mill_bridges bridges;
 static double duration, mass, r;
+static struct mill_memory_pool memory;
 
 static void set_up(void)
 {
     prepare(&parts, 0.3);
     open_discs(&mill, &parts);
-    ck_assert(mill_bridges_create(&bridges, mill.world));
+    ck_assert(mill_bridges_create(&bridges, mill.world, &memory));
     ck_assert_ptr_nonnull(bridges.ball);
     duration = bridges.duration[0];
     mass = 0.5 * mill.world->species[0].mass; /* reduced */
@@ -127,7 +128,7 @@ static void set_up(void)
 
 static void tear_down(void)
 {
-    mill_bridges_free(&bridges);
+    mill_memory_drop(&memory);
     bench_close(&mill);
 }
 
@@ -293,10 +294,9 @@ TEST(where_all_surfaces_have_one_motion_nothing_is_kept)
     for (int k = 0; k < 4; k++)
         d.surface[k].motion = 0;
     open_discs(&b, &d);
-    ck_assert(mill_bridges_create(&none, b.world));
+    ck_assert(mill_bridges_create(&none, b.world, &memory));
     ck_assert_ptr_null(none.ball);
     ck_assert(!mill_bridges_give(&none, b.world, ONE, 0.0));
-    mill_bridges_free(&none);
     bench_close(&b);
 }
 END_TEST

@@ -44,6 +44,22 @@ TEST(a_size_beyond_all_memory_is_refused)
         ck_assert_ptr_null(mill_memory_get(asked[k][0], asked[k][1]));
 }
 
+TEST(a_pool_gives_zeros_and_remembers_that_it_had_not_enough)
+{
+    struct mill_memory_pool pool = {.failed = false};
+    for (size_t n = 0; n < 100; n++) {
+        const unsigned char *one = mill_memory_take(&pool, n + 1, 3);
+        ck_assert_uint_eq((uintptr_t)one % 64, 0);
+        ck_assert(one[0] == 0 && one[3 * n + 2] == 0);
+    }
+    ck_assert(!pool.failed);
+    ck_assert_ptr_null(mill_memory_take(&pool, SIZE_MAX, 2));
+    ck_assert(pool.failed && pool.block.count == 100);
+    mill_memory_drop(&pool);
+    ck_assert(!pool.failed && pool.block.count == 0);
+    mill_memory_drop(&pool);
+}
+
 int main(void)
 {
     return unit_run("memory");

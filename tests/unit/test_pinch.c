@@ -7,12 +7,13 @@
 
 static struct bench mill;
 static struct mill_pinches pinches;
+static struct mill_memory_pool memory;
 static double duration, most;
 
 static void set_up(void)
 {
     bench_open(&mill, &pinching[0]);
-    ck_assert(mill_pinches_create(&pinches, mill.world));
+    ck_assert(mill_pinches_create(&pinches, mill.world, &memory));
     ck_assert(pinches.ball);
     duration = pinches.duration[mill.world->ball[BALL].species];
     most = pinches.most[mill.world->ball[BALL].species];
@@ -20,7 +21,7 @@ static void set_up(void)
 
 static void tear_down(void)
 {
-    mill_pinches_free(&pinches);
+    mill_memory_drop(&memory);
     bench_close(&mill);
 }
 
@@ -163,9 +164,8 @@ TEST(where_no_blade_moves_nothing_is_kept_and_nothing_pressed)
     struct model stands = pinching[0];
     stands.rotor.speed = 0.0;
     bench_open(&still, &stands);
-    ck_assert(mill_pinches_create(&none, still.world));
+    ck_assert(mill_pinches_create(&none, still.world, &memory));
     ck_assert(!none.ball && !mill_pinches_press(&none, still.world, BALL, 0.0));
-    mill_pinches_free(&none);
     bench_close(&still);
 }
 
