@@ -45,9 +45,9 @@ extern const double mill_world_fast[MILL_WORLD_FAST];
 
 enum { MILL_MOTIONS_MOST = 16 }; /* in one mill */
 
-/* Sums since t = 0. Work = change of energy + dissipation + elastic energy. A motion's own work is
- * the work of the velocity that this motion alone adds, at the contacts of all bodies that it
- * moves. */
+/* Sums since t = 0, the counts last. Work = change of energy + dissipation + elastic energy. A
+ * motion's own work is the work of the velocity that this motion alone adds, at the contacts of all
+ * bodies that it moves. */
 struct mill_account {
     double work;        /* [J] done on the balls by all motions */
     double work_gross;  /* [J] sum of |work| of the single impacts */
@@ -75,11 +75,11 @@ struct mill_counts {
     uint64_t not_closing; /* anomaly: the gap of a due contact was opening; the floor was applied */
     uint64_t bridges;     /* pairs between sliding surfaces that gave way */
     uint64_t pinch_contacts; /* contacts of pressed balls, not counted as impacts */
-    double pinch_time;       /* [s] sum of the times in which balls were pressed */
     uint64_t reliefs;        /* anomaly: balls let go that a moving body had pinched */
     uint64_t smoothed;       /* anomaly: contacts computed without friction */
     uint64_t overlaps;       /* anomaly: balls found more than 1e-9 m deep in another body */
     int64_t asleep;          /* balls that are asleep now */
+    double pinch_time;       /* [s] sum of the times in which balls were pressed */
     double sleep; /* [s] sum of the times for which balls were asleep, until this epoch */
     struct mill_poly_counts quartics;
     double largest_overlap; /* [m] of all contacts and audits */
@@ -155,8 +155,17 @@ void mill_world_free(struct mill_world *world);
 /* Can contacts of this kind happen: has the mill a surface of it, or is it that of two balls? */
 bool mill_world_has(const struct mill_world *world, int kind);
 
-/* [m] A coordinate along x, or the difference of two. In a periodic mill: of the image that is
- * nearest to 0 */
+static inline const struct mill_species *mill_world_species(const struct mill_world *w, int32_t i)
+{
+    return &w->species[w->ball[i].species];
+}
+
+static inline double mill_world_radius(const struct mill_world *w, int32_t i)
+{
+    return mill_world_species(w, i)->radius;
+}
+
+/* [m] A coordinate along x, or the difference of two; in a periodic mill, its image nearest to 0 */
 static inline double mill_world_image(const struct mill_world *world, double x)
 {
     const double period = world->container.period;

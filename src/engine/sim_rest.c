@@ -9,11 +9,6 @@
 #define WORTH 0.1
 #define SQUEEZED 1000 /* events within a nanosecond: a ball is squeezed against a sleeping one */
 
-static double radius_of(const struct mill_sim *sim, int32_t i)
-{
-    return sim->schedule->radius[sim->world->ball[i].species];
-}
-
 /* Is there something beneath ball i? */
 static bool is_held(struct mill_sim *sim, int32_t i)
 {
@@ -21,11 +16,11 @@ static bool is_held(struct mill_sim *sim, int32_t i)
     const struct mill_world *w = sim->world;
     const vec3 r = mill_world_position(w, i, sim->now);
     const int32_t n = mill_schedule_near(q, i), cell = q->cells->cell[i];
-    const double radius = radius_of(sim, i), room = 2.0 * mill_rest_room(&q->rest, radius);
+    const double radius = mill_world_radius(w, i), room = 2.0 * mill_rest_room(&q->rest, radius);
     for (int32_t k = 0; k < n; k++) {
         const int32_t j = q->pairs->near[k];
         const vec3 d = vec3_sub(r, mill_world_position(w, j, sim->now));
-        const double distance = vec3_norm(d), gap = distance - radius - radius_of(sim, j);
+        const double distance = vec3_norm(d), gap = distance - radius - mill_world_radius(w, j);
         if (j != i && gap < room && vec3_dot(d, q->rest.up) > BENEATH * distance)
             return true;
     }
@@ -83,7 +78,7 @@ static int32_t leave_place(struct mill_sim *sim, int32_t i, int32_t **list)
     struct mill_schedule *q = sim->schedule;
     const struct mill_ball *ball = &sim->world->ball[i];
     const vec3 place = q->rest.place[i], way = vec3_sub(ball->r, place);
-    const double room = mill_rest_room(&q->rest, radius_of(sim, i));
+    const double room = mill_rest_room(&q->rest, mill_world_radius(sim->world, i));
     int32_t *near = *list = q->pairs[1].near, woken = 0;
     if (vec3_dot(way, way) <= room * room)
         return 0;
@@ -138,7 +133,7 @@ void mill_sim_rest_settle(struct mill_sim *sim)
             continue;
         }
         leave_place(sim, i, &list);
-        const double most = rest->calm * rest->calm, radius = radius_of(sim, i);
+        const double most = rest->calm * rest->calm, radius = mill_world_radius(sim->world, i);
         const vec3 v = w->ball[i].v, spin = w->spin[i];
         const bool calm = vec3_dot(v, v) <= most && vec3_dot(spin, spin) * radius * radius <= most;
         rest->calm_epochs[i] = calm ? rest->calm_epochs[i] + 1 : 0;

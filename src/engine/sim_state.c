@@ -15,8 +15,7 @@
 /* Valid: an index below `count` with a time, or MILL_NOBODY with the time INFINITY */
 static bool is_index(int32_t index, int32_t count, double time)
 {
-    return !isnan(time) && index >= MILL_NOBODY && index < count &&
-           (index != MILL_NOBODY || isinf(time));
+    return !isnan(time) && index < count && (index >= 0 || (index == MILL_NOBODY && isinf(time)));
 }
 
 /* Checks the indices of a ball, maybe of a damaged file. An event has a partner or a shape. */

@@ -49,18 +49,18 @@ static void kick(struct mill_soft *s, struct mill_soft_part *p)
     const struct mill_world *w = s->world;
     const double half = 0.5 * s->dt;
     for (int from = 0; from <= p->number; from++) {
-        struct mill_memory_list *sent = &s->part[from].sent[p->number],
-                                *kicks = &s->part[from].kick[p->number];
-        const struct mill_soft_sent *each = sent->item, *other = kicks->item;
+        struct mill_memory_list *sent = &s->part[from].sent[p->number];
+        const struct mill_soft_sent *each = sent->item;
         for (; sent->count > 0; sent->count--, each++) {
             struct mill_soft_load *to = &s->load[each->slot];
             to->force = vec3_add(to->force, each->load.force);
             to->torque = vec3_add(to->torque, each->load.torque);
         }
-        for (; kicks->count > 0; kicks->count--, other++) {
-            struct mill_soft_ball *b = &s->ball[other->slot];
-            b->v = vec3_axpy(b->v, b->per_mass, other->load.force);
-            b->w = vec3_axpy(b->w, b->per_inertia, other->load.torque);
+        sent = &s->part[from].kick[p->number];
+        for (each = sent->item; sent->count > 0; sent->count--, each++) {
+            struct mill_soft_ball *b = &s->ball[each->slot];
+            b->v = vec3_axpy(b->v, b->per_mass, each->load.force);
+            b->w = vec3_axpy(b->w, b->per_inertia, each->load.torque);
         }
     }
     for (int32_t i = p->first; i < p->last; i++) {

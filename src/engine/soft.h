@@ -33,9 +33,6 @@ struct mill_soft_spring {
 /* a smaller restitution is taken as this one */
 #define MILL_SOFT_LEAST 0.05
 
-/* The damping that gives single impacts this restitution and this tangential restitution */
-struct mill_soft_damping mill_soft_damp(double restitution, double tangential, bool hertz);
-
 /* The damping of a contact that begins with this normal speed [m/s] */
 struct mill_soft_damping mill_soft_damping_at(const struct mill_soft_spring *spring, double speed);
 
@@ -49,13 +46,12 @@ void mill_soft_springs_free(struct mill_soft_spring *springs, const struct mill_
 
 /* A contact that lasts. It is directed from ball a, with the smaller number, to its partner. */
 struct mill_soft_touch {
-    int32_t a, b; /* balls; b: MILL_NOBODY for a surface */
-    int32_t shape,
-        next;     /* of a surface: its number; the ball's next contact with surfaces, or -1 */
-    double begin; /* [s] local */
-    vec3 spring;  /* [m] tangential */
-    vec3 creep;   /* [m/s] tangential velocity at the last step */
-    vec3 normal;  /* from a, at the last step */
+    int32_t a, b;        /* balls; b: MILL_NOBODY for a surface */
+    int32_t shape, next; /* a surface's number; the ball's next contact with surfaces, or -1 */
+    double begin;        /* [s] local */
+    vec3 spring;         /* [m] tangential */
+    vec3 creep;          /* [m/s] tangential velocity at the last step */
+    vec3 normal;         /* from a, at the last step */
     struct mill_soft_damping damping;
     double rest;     /* [s] for which the force of the last step acts after it, falling to zero */
     double pressing; /* [N] along the normal at the last step */
@@ -244,8 +240,7 @@ void mill_soft_use_threads(struct mill_soft *soft, int threads);
 void mill_soft_share(struct mill_soft *soft);
 
 /* Does the phase for all parts, on all threads. false: one is out of memory */
-bool mill_soft_do(struct mill_soft *soft,
-                  void (*phase)(struct mill_soft *, struct mill_soft_part *));
+bool mill_soft_do(struct mill_soft *s, void (*phase)(struct mill_soft *, struct mill_soft_part *));
 
 /* ---- lists (soft_list.c) ---- */
 
@@ -271,10 +266,9 @@ void mill_soft_touch_put(struct mill_soft_part *part, int32_t touch);
 /* Adds a contact to those of the ball with surfaces, which are in the order of shapes and times */
 void mill_soft_touch_link(struct mill_soft_part *part, struct mill_soft_ball *ball, int32_t touch);
 
-static inline struct mill_soft_touch *mill_soft_touch(const struct mill_soft_part *part,
-                                                      int32_t touch)
+static inline struct mill_soft_touch *mill_soft_touch(const struct mill_soft_part *p, int32_t touch)
 {
-    return (struct mill_soft_touch *)part->touch.item + touch;
+    return (struct mill_soft_touch *)p->touch.item + touch;
 }
 
 /* Where the neighbours of a slot end in the list of its part */

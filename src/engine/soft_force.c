@@ -70,8 +70,8 @@ static void start(const struct mill_soft *s, const struct mill_soft_meeting *m, 
     const double first = damped ? u->damped * u->closing : 0.0, slip = vec3_norm(u->along);
     const double drag = mill_least(damped ? t->damping.tangential * u->root * slip : 0.0,
                                    m->spring->friction * first);
-    const vec3 before =
-        vec3_axpy(vec3_scale(m->normal, first), slip > 0.0 ? drag / slip : 0.0, u->along);
+    const double part = slip > 0.0 ? drag / slip : 0.0;
+    const vec3 before = vec3_axpy(vec3_scale(m->normal, first), part, u->along);
     const vec3 within = vec3_scale(vec3_add(before, u->force), 0.5 * age);
     u->kick = vec3_axpy(vec3_add(u->kick, within), -0.5 * s->dt, u->force);
     u->impulse = vec3_axpy(within, 0.5 * u->rest, u->force);
@@ -274,14 +274,13 @@ static void press_pair(struct mill_soft *s, struct mill_soft_part *p, int32_t i,
     load(s, p, b, &push, kicks, 1.0, vec3_scale(n, -arm_b));
 }
 
-static void press_pairs(struct mill_soft *s, struct mill_soft_part *p, int32_t i, int32_t first,
-                        int32_t last)
+static void press_pairs(struct mill_soft *s, struct mill_soft_part *p, int32_t i, int32_t last)
 {
     const struct mill_world *w = s->world;
     const bool periodic = w->container.period > 0.0;
     const struct mill_soft_place own = s->place[i];
     struct mill_soft_near *near = p->near.item;
-    for (int32_t k = first; k < last; k++) {
+    for (int32_t k = s->begin[i]; k < last; k++) {
         const struct mill_soft_place *other = &s->place[near[k].slot];
         const double sum = own.radius + other->radius;
         vec3 d = vec3_sub(other->r, own.r);
@@ -322,8 +321,7 @@ static void press_place(struct mill_soft *s, struct mill_soft_part *p, int32_t i
     const struct mill_world *w = s->world;
     const struct mill_shape *shape = w->shape[number];
     struct mill_soft_ball *ball = &s->ball[i];
-    const vec3 n = vec3_scale(c->normal, -1.0);
-    const double arm = s->place[i].radius + c->gap;
+    const vec3 n = vec3_scale(c->normal, -1.0), reach = vec3_scale(n, s->place[i].radius + c->gap);
     const struct mill_soft_course *course = &s->course[i];
     const size_t pairs = (size_t)w->species_count * (size_t)w->species_count;
     int32_t touch = find(p, ball, number, n);
@@ -331,8 +329,7 @@ static void press_place(struct mill_soft *s, struct mill_soft_part *p, int32_t i
         .spring = &s->spring[(size_t)shape->kind * pairs + (size_t)course->species],
         .normal = n,
         .point = c->point,
-        .rate =
-            vec3_add(vec3_sub(course->v, c->velocity), vec3_cross(course->w, vec3_scale(n, arm))),
+        .rate = vec3_add(vec3_sub(course->v, c->velocity), vec3_cross(course->w, reach)),
         .depth = -c->gap,
         .begins = touch < 0};
     struct mill_soft_touch *t;
@@ -350,7 +347,7 @@ static void press_place(struct mill_soft *s, struct mill_soft_part *p, int32_t i
         s->watch->touch(s, p, &m, t);
     } else {
         const struct push push = press(s, &m, t, p, shape->kind);
-        load(s, p, i, &push, m.begins || push.rest < s->dt, -1.0, vec3_scale(n, arm));
+        load(s, p, i, &push, m.begins || push.rest < s->dt, -1.0, reach);
         if (shape->motion)
             mill_sim_book_work(&p->tally.account, shape->motion, s->pose, 0.0,
                                vec3_scale(push.impulse, -1.0), c->point, c->velocity);
@@ -407,7 +404,7 @@ void mill_soft_press(struct mill_soft *s, struct mill_soft_part *p)
 {
     const double clock = s->path + s->swiftest * s->passed;
     for (int32_t i = p->first; i < p->last; i++) {
-        press_pairs(s, p, i, s->begin[i], mill_soft_near_end(s, p, i));
+        press_pairs(s, p, i, mill_soft_near_end(s, p, i));
         if (clock >= s->look[i])
             press_walls(s, p, i);
     }

@@ -72,7 +72,8 @@ static struct motion strike(struct mill_soft_damping *d, bool hertz)
     }
 }
 
-struct mill_soft_damping mill_soft_damp(double restitution, double tangential, bool hertz)
+/* The damping that gives single impacts this restitution and this tangential restitution */
+static struct mill_soft_damping damp(double restitution, double tangential, bool hertz)
 {
     struct mill_soft_damping d = {0.0, 0.0, 0.0, 0.0};
     const double e = mill_greatest(restitution, MILL_SOFT_LEAST);
@@ -177,8 +178,8 @@ static struct mill_soft_damping *damp_all(const struct mill_law *law, bool hertz
 {
     struct mill_soft_damping *all = malloc(MILL_SOFT_ROWS * sizeof *all);
     for (int k = 0; all && k < MILL_SOFT_ROWS; k++)
-        all[k] = mill_soft_damp(mix(MILL_SOFT_LEAST, 1.0, k / (MILL_SOFT_ROWS - 1.0)),
-                                law->tangential, hertz);
+        all[k] =
+            damp(mix(MILL_SOFT_LEAST, 1.0, k / (MILL_SOFT_ROWS - 1.0)), law->tangential, hertz);
     return all;
 }
 
@@ -204,7 +205,7 @@ struct mill_soft_spring *mill_soft_springs(struct mill_world *w)
         }
         if (!falls &&
             (law->restitution != last.restitution || law->tangential != last.tangential)) {
-            damping = mill_soft_damp(law->restitution, law->tangential, hertz);
+            damping = damp(law->restitution, law->tangential, hertz);
             last = *law;
         }
         for (size_t k = 0; k < pairs; k++) {
@@ -213,9 +214,8 @@ struct mill_soft_spring *mill_soft_springs(struct mill_world *w)
             struct mill_soft_spring *s = &all[(size_t)kind * pairs + k];
             const bool pair = kind == MILL_BALL_BALL;
             const double mass = pair ? a->mass * b->mass / (a->mass + b->mass) : b->mass;
-            const double radius =
-                pair ? a->radius * b->radius / (a->radius + b->radius) : b->radius;
-            const double stiff = stiffness(w, mass, radius);
+            const double bent = pair ? a->radius * b->radius / (a->radius + b->radius) : b->radius;
+            const double stiff = stiffness(w, mass, bent);
             *s = (struct mill_soft_spring){mass,          stiff,   sqrt(mass * stiff),
                                            law->friction, damping, falls ? &w->fall[kind] : NULL,
                                            damped};

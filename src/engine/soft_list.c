@@ -29,9 +29,8 @@ bool mill_soft_lists_create(struct mill_soft *s)
         s->skin = mill_least(s->skin, 0.9 * (w->container.period / 3.0 - widest));
     s->skin = mill_greatest(s->skin, 1e-3 * widest);
     s->parts = w->balls / LARGE > most ? w->balls / LARGE : most;
-    s->share[1] = s->parts = s->parts < 1                 ? 1
-                             : s->parts > MILL_SOFT_PARTS ? MILL_SOFT_PARTS
-                                                          : s->parts;
+    s->parts = s->parts < 1 ? 1 : s->parts > MILL_SOFT_PARTS ? MILL_SOFT_PARTS : s->parts;
+    s->share[1] = s->parts;
     s->wide = *w;
     s->wide.species =
         mill_memory_take(&s->memory, (size_t)w->species_count, sizeof *s->wide.species);
@@ -156,17 +155,16 @@ void mill_soft_sort(struct mill_soft *s)
     for (int k = 0; k < 3; k++)
         length[k] = (double)(high[k] - low[k]) * c->side[k];
     for (int k = 0; k < 3; k++) { /* axis[0]: the longest */
-        const int other = k < 2 ? k + 1 : 1, from = k < 2 ? k : 0;
-        if (length[axis[other]] > length[axis[from]]) {
-            const int swap = axis[other];
-            axis[other] = axis[from];
-            axis[from] = swap;
+        int *const two = axis + k % 2, swap = two[0];
+        if (length[two[1]] > length[two[0]]) {
+            two[0] = two[1];
+            two[1] = swap;
         }
     }
     for (int32_t i = 0; i < w->balls; i++) {
         mill_cells_index(c, s->order[i].cell, index);
-        s->order[i].cell =
-            (index[axis[0]] * c->n[axis[1]] + index[axis[1]]) * c->n[axis[2]] + index[axis[2]];
+        const int32_t row = index[axis[0]] * c->n[axis[1]] + index[axis[1]];
+        s->order[i].cell = row * c->n[axis[2]] + index[axis[2]];
     }
     qsort(s->order, (size_t)w->balls, sizeof *s->order, by_cell);
     for (int32_t k = 0; k < w->balls; k++)
@@ -211,8 +209,8 @@ static void list_part(struct mill_soft *s, struct mill_soft_part *p)
     p->near.count = 0;
     for (int32_t i = p->first; i < p->last; i++) {
         const struct mill_soft_place *own = &s->place[i];
-        const int32_t n =
-            mill_grids_gather(&s->grids, s->course[i].species, s->grids.own[0].cell[i], p->around);
+        const int32_t cell = s->grids.own[0].cell[i];
+        const int32_t n = mill_grids_gather(&s->grids, s->course[i].species, cell, p->around);
         int32_t kept = 0;
         s->begin[i] = (int32_t)p->near.count;
         for (int32_t k = 0; k < n; k++) {

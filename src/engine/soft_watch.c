@@ -20,17 +20,13 @@ void mill_soft_watch_springs(struct mill_soft *s, double interval, const double 
     const struct mill_world *w = s->world;
     const size_t species = (size_t)w->species_count, pairs = species * species;
     for (size_t k = 0; k < pairs * (size_t)w->kinds.count; k++) {
-        const struct mill_species *a = &w->species[k % pairs / species],
-                                  *b = &w->species[k % species];
-        const double mass = k < pairs ? a->mass * b->mass / (a->mass + b->mass) : b->mass;
+        const double a = w->species[k % pairs / species].mass, b = w->species[k % species].mass;
+        const double mass = k < pairs ? a * b / (a + b) : b;
         const double root = sqrt(mass * spring[k][0]), dashpot = spring[k][1] / root;
-        s->spring[k] = (struct mill_soft_spring){mass,
-                                                 spring[k][0],
-                                                 root,
-                                                 w->law[k / pairs].friction,
-                                                 {dashpot, shear[0], shear[1] * dashpot, 0.0},
-                                                 NULL,
-                                                 NULL};
+        const struct mill_soft_damping damping = {dashpot, shear[0], shear[1] * dashpot, 0.0};
+        const double friction = w->law[k / pairs].friction;
+        s->spring[k] =
+            (struct mill_soft_spring){mass, spring[k][0], root, friction, damping, NULL, NULL};
     }
     mill_soft_forget(s);
     s->watch->deepest = 0.0;
@@ -50,8 +46,8 @@ static vec3 slip_before(const struct mill_soft *s, const struct mill_soft_touch 
     if (t->b >= 0) {
         const int32_t b = s->slot[t->b];
         const vec3 *its = s->watch->before[b];
-        rate =
-            vec3_sub(rate, vec3_sub(its[0], vec3_cross(its[1], vec3_scale(n, s->place[b].radius))));
+        const vec3 back = vec3_scale(n, s->place[b].radius);
+        rate = vec3_sub(rate, vec3_sub(its[0], vec3_cross(its[1], back)));
     } else if (s->world->shape[t->shape]->motion) {
         const struct mill_pose *pose = &s->pose[s->world->shape[t->shape]->motion->number];
         rate = vec3_sub(rate, mill_pose_velocity(pose, vec3_add(s->place[a].r, arm)));
@@ -168,8 +164,8 @@ static void balance(struct mill_soft *s)
         const vec3 at = vec3_scale(s->place[i].r, 1.0 / b->per_mass);
         watch->momentum = vec3_axpy(watch->momentum, 1.0 / b->per_mass, b->v);
         watch->middle = vec3_add(watch->middle, at);
-        watch->whirl =
-            vec3_add(watch->whirl, vec3_axpy(vec3_cross(at, b->v), 1.0 / b->per_inertia, b->w));
+        const vec3 whirls = vec3_axpy(vec3_cross(at, b->v), 1.0 / b->per_inertia, b->w);
+        watch->whirl = vec3_add(watch->whirl, whirls);
         mass += 1.0 / b->per_mass;
     }
     if (!(span > 0.0)) /* the first sample with these springs */

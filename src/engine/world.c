@@ -4,6 +4,7 @@
 #include "geometry/shapes.h"
 
 #include <assert.h>
+#include <stddef.h>
 #include <stdlib.h>
 
 const double mill_world_fast[MILL_WORLD_FAST] = {0.5, 1.0, 2.0};
@@ -52,11 +53,10 @@ vec3 mill_world_velocity(const struct mill_world *w, int32_t i, double t)
     return vec3_axpy(b->v, mill_world_flown(b, t), w->g);
 }
 
-static struct mill_pose frame_on(const struct mill_world *w, const struct mill_motion *motion,
-                                 double t)
+static struct mill_pose frame_on(const struct mill_world *w, const struct mill_motion *m, double t)
 {
     const struct mill_container *c = &w->container;
-    struct mill_pose pose = c->still || !motion ? mill_pose_still : mill_motion_pose(motion, t);
+    struct mill_pose pose = c->still || !m ? mill_pose_still : mill_motion_pose(m, t);
     if (c->still)
         return pose;
     const vec3 place = mill_pose_out(&pose, c->frame.place);
@@ -107,43 +107,21 @@ void mill_world_balance(const struct mill_world *w, double t, double *error, dou
                 w->account.dissipation_gross + w->account.incident;
 }
 
+/* Adds one number after the other: none can be forgotten. */
 void mill_world_add_account(struct mill_account *all, const struct mill_account *a)
 {
-    all->work += a->work;
-    all->work_gross += a->work_gross;
-    all->pinch_work += a->pinch_work;
-    all->bridge_work += a->bridge_work;
-    for (int k = 0; k < MILL_MOTIONS_MOST; k++) {
-        all->motion[k].work += a->motion[k].work;
-        all->motion[k].impulse += a->motion[k].impulse;
-    }
-    for (int k = 0; k < MILL_KINDS_MOST; k++) {
-        all->dissipation[k] += a->dissipation[k];
-        all->dissipation_normal[k] += a->dissipation_normal[k];
-        all->collisions[k] += a->collisions[k];
-        all->floored[k] += a->floored[k];
-        for (int i = 0; i < MILL_WORLD_FAST; i++)
-            all->fast[k][i] += a->fast[k][i];
-    }
-    all->dissipation_gross += a->dissipation_gross;
-    all->elastic += a->elastic;
-    all->incident += a->incident;
+    const size_t sums = offsetof(struct mill_account, collisions) / sizeof(double);
+    for (size_t k = 0; k < sums; k++)
+        ((double *)all)[k] += ((const double *)a)[k];
+    for (size_t k = sums; k < sizeof *all / sizeof(uint64_t); k++)
+        ((uint64_t *)all)[k] += ((const uint64_t *)a)[k];
 }
 
 void mill_world_add_counts(struct mill_counts *all, const struct mill_counts *c)
 {
-    all->cell_crossings += c->cell_crossings;
-    all->stale += c->stale;
-    all->predictions += c->predictions;
-    all->pair_tests += c->pair_tests;
-    all->not_closing += c->not_closing;
-    all->bridges += c->bridges;
-    all->pinch_contacts += c->pinch_contacts;
+    for (size_t k = 0; k < offsetof(struct mill_counts, pinch_time) / sizeof(uint64_t); k++)
+        ((uint64_t *)all)[k] += ((const uint64_t *)c)[k];
     all->pinch_time += c->pinch_time;
-    all->reliefs += c->reliefs;
-    all->smoothed += c->smoothed;
-    all->overlaps += c->overlaps;
-    all->asleep += c->asleep;
     all->sleep += c->sleep;
     all->quartics.solves += c->quartics.solves;
     all->quartics.fallbacks += c->quartics.fallbacks;

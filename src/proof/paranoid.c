@@ -25,11 +25,6 @@
 #define SAMPLES 200   /* of a gap that is almost closed */
 enum { NEAREST = 2 }; /* as the image of a ball */
 
-static double radius_of(const struct mill_world *w, int32_t i)
-{
-    return w->species[w->ball[i].species].radius;
-}
-
 /* The maximum speed of all surfaces [m/s] */
 static double fastest_surface(const struct mill_world *w)
 {
@@ -39,11 +34,10 @@ static double fastest_surface(const struct mill_world *w)
     return fastest;
 }
 
-static double gap_at(const struct mill_world *w, int32_t i, const struct mill_shape *shape,
-                     double t)
+static double gap_at(const struct mill_world *w, int i, const struct mill_shape *shape, double t)
 {
     const struct mill_pose pose = mill_shape_pose(shape, t);
-    return mill_shape_gap(shape, mill_world_position(w, i, t), radius_of(w, i), &pose);
+    return mill_shape_gap(shape, mill_world_position(w, i, t), mill_world_radius(w, i), &pose);
 }
 
 /* Ball j, or its image so many periods along x, relative to ball i */
@@ -61,7 +55,7 @@ static struct pair relate(const struct mill_sim *sim, int32_t i, int32_t j, int 
     k.d = vec3_sub(mill_world_position(w, j, t), mill_world_position(w, i, t));
     k.u = vec3_sub(mill_world_velocity(w, j, t), mill_world_velocity(w, i, t));
     k.d.x = image == NEAREST ? mill_world_image(w, k.d.x) : k.d.x + image * grids->period;
-    k.sum = radius_of(w, i) + radius_of(w, j);
+    k.sum = mill_world_radius(w, i) + mill_world_radius(w, j);
     k.gap = vec3_norm(k.d) - k.sum;
     /* rounding of the squares of distances, up to those of the cells around, as errors of a gap */
     const double square = 4.0 * (side[0] * side[0] + side[1] * side[1] + side[2] * side[2]) / k.sum;
@@ -79,7 +73,7 @@ static double surface_slack(const struct mill_sim *sim, int32_t i, double from, 
     const double swift = vec3_norm(mill_world_velocity(w, i, from)) + dt * vec3_norm(w->g);
     const double reach = mill_paranoid_size(w) + dt * swift;
     const double ticks = (swift + fastest_surface(w)) * sim->schedule->horizon;
-    return MILL_SIM_ROUNDINGS * (reach + reach * reach / radius_of(w, i) + ticks);
+    return MILL_SIM_ROUNDINGS * (reach + reach * reach / mill_world_radius(w, i) + ticks);
 }
 
 static bool touch_ball(struct mill_sim *sim, int32_t i, const struct mill_plan *plan)
@@ -87,46 +81,43 @@ static bool touch_ball(struct mill_sim *sim, int32_t i, const struct mill_plan *
     const struct mill_world *w = sim->world;
     const int32_t j = plan->partner;
     if (j < 0 || j >= w->balls || j == i)
-        return mill_paranoid_fault(sim, "ball %d has a plan to meet ball %d, which cannot be", i,
-                                   j);
+        return mill_paranoid_fault(sim, NAN, "ball %d has a plan to meet ball %d: nobody", i, j);
     if (w->ball[j].contacts != plan->partner_contacts)
         return true; /* stale: the loop finds this when it is due */
     const struct pair k = relate(sim, i, j, NEAREST, plan->pair_t);
     /* overlapping and closing means a contact now; the depth is checked as an overlap */
     if (!(k.gap <= k.slack) || (k.gap < -k.slack && plan->pair_t > w->ball[i].t))
-        return mill_paranoid_fault(
-            sim, "ball %d and ball %d are due to meet with a gap of %.3g m at t = %.17g s", i, j,
-            k.gap, w->base + plan->pair_t);
+        return mill_paranoid_fault(sim, plan->pair_t,
+                                   "ball %d and ball %d are due to meet with a gap of %.3g m", i, j,
+                                   k.gap);
     const double opening = vec3_dot(k.d, k.u);
     /* as deep as they would have been at the closest approach */
     return opening <= 0.0 || opening * opening <= 2.0 * k.sum * vec3_dot(k.u, k.u) * k.slack ||
            mill_paranoid_fault(
-               sim,
-               "ball %d and ball %d are due to meet while they move apart at %.3g m/s at t = "
-               "%.17g s",
-               i, j, opening / k.sum, w->base + plan->pair_t);
+               sim, plan->pair_t,
+               "ball %d and ball %d are due to meet while they move apart at %.3g m/s", i, j,
+               opening / k.sum);
 }
 
 static bool touch_surface(struct mill_sim *sim, int32_t i, const struct mill_plan *plan)
 {
     const struct mill_world *w = sim->world;
-    const double t = plan->shape_t, radius = radius_of(w, i);
+    const double t = plan->shape_t, radius = mill_world_radius(w, i);
     if (plan->next == MILL_NEXT_SEARCH)
         return true; /* no contact: a search continues; how often, influences only the speed */
     if (plan->shape < 0 || plan->shape >= w->shapes)
-        return mill_paranoid_fault(
-            sim, "ball %d has a plan to meet surface %d, which does not exist", i, plan->shape);
+        return mill_paranoid_fault(sim, NAN, "ball %d has a plan to meet surface %d: none", i,
+                                   plan->shape);
     const struct mill_shape *shape = w->shape[plan->shape];
     const char *kind = w->kinds.name[shape->kind];
     const vec3 v = mill_world_velocity(w, i, t);
     const struct mill_pose pose = mill_shape_pose(shape, t);
-    const struct mill_contact c =
-        mill_shape_meet(shape, mill_world_position(w, i, t), v, radius, &pose);
+    const vec3 r = mill_world_position(w, i, t);
+    const struct mill_contact c = mill_shape_meet(shape, r, v, radius, &pose);
     const double slack = surface_slack(sim, i, w->ball[i].t, t);
     if (!(c.gap <= MILL_SHAPE_CLOSED + slack))
         return mill_paranoid_fault(
-            sim, "ball %d is due to meet a surface (%s) with a gap of %.3g m at t = %.17g s", i,
-            kind, c.gap, w->base + t);
+            sim, t, "ball %d is due to meet a surface (%s) with a gap of %.3g m", i, kind, c.gap);
     const double opening = vec3_dot(vec3_sub(v, c.velocity), c.normal);
     /* maximum second derivative of the gap, from the curvatures of ball and surface */
     const double swift = vec3_norm(v) + fastest_surface(w);
@@ -134,10 +125,8 @@ static bool touch_surface(struct mill_sim *sim, int32_t i, const struct mill_pla
     const double bend = vec3_norm(w->g) + swift * swift * (1.0 / radius + 1.0 / around);
     return opening <= DEEP || opening * opening <= 2.0 * bend * slack ||
            mill_paranoid_fault(
-               sim,
-               "ball %d is due to meet a surface (%s) while they move apart at %.3g m/s at t = "
-               "%.17g s",
-               i, kind, opening, w->base + t);
+               sim, t, "ball %d is due to meet a surface (%s) while they move apart at %.3g m/s", i,
+               kind, opening);
 }
 
 bool mill_paranoid_touch(struct mill_sim *sim, int32_t i, const struct mill_plan *plan)
@@ -155,27 +144,24 @@ static bool has_met(struct mill_sim *sim, int32_t i)
     if (due->next == MILL_NEXT_PAIR) {
         const struct pair k = relate(sim, i, due->partner, NEAREST, sim->now);
         return k.gap <= k.slack ||
-               mill_paranoid_fault(sim,
-                                   "ball %d and ball %d met with a gap of %.3g m at t = %.17g s", i,
-                                   due->partner, k.gap, w->base + sim->now);
+               mill_paranoid_fault(sim, sim->now, "ball %d and ball %d met with a gap of %.3g m", i,
+                                   due->partner, k.gap);
     }
     const struct mill_shape *shape = w->shape[due->shape];
     const double gap = gap_at(w, i, shape, sim->now);
     return gap <= MILL_SHAPE_CLOSED + surface_slack(sim, i, sim->now, sim->now) ||
-           mill_paranoid_fault(sim,
-                               "ball %d met a surface (%s) with a gap of %.3g m at t = %.17g s", i,
-                               w->kinds.name[shape->kind], gap, w->base + sim->now);
+           mill_paranoid_fault(sim, sim->now, "ball %d met a surface (%s) with a gap of %.3g m", i,
+                               w->kinds.name[shape->kind], gap);
 }
 
 /* Checks that there is no overlap now, and none that grows until `end`. */
 static bool check_pair(struct mill_sim *sim, int32_t i, int32_t j, int image, double end)
 {
     const struct pair k = relate(sim, i, j, image, sim->now);
-    const double now = sim->world->base + sim->now;
     mill_paranoid_of(sim)->checks.pairs++;
     if (!(k.gap >= -DEEP))
-        return mill_paranoid_fault(sim, "ball %d and ball %d overlap by %.3g m at t = %.17g s", i,
-                                   j, -k.gap, now);
+        return mill_paranoid_fault(sim, sim->now, "ball %d and ball %d overlap by %.3g m", i, j,
+                                   -k.gap);
     const double b = vec3_dot(k.d, k.u), a = vec3_dot(k.u, k.u);
     if (b >= 0.0 || end <= sim->now)
         return true;
@@ -187,10 +173,10 @@ static bool check_pair(struct mill_sim *sim, int32_t i, int32_t j, int image, do
     const double miss = vec3_norm(vec3_axpy(k.d, nearest, k.u));
     const double dt = nearest - sqrt(fmax(k.sum * k.sum - miss * miss, 0.0) / a);
     return mill_paranoid_fault(
-        sim,
+        sim, NAN,
         "ball %d and ball %d meet at t = %.17g s, unplanned: their next event is at "
         "%.17g s, when they would overlap by %.3g m",
-        i, j, now + dt, sim->world->base + end, depth);
+        i, j, sim->world->base + sim->now + dt, sim->world->base + end, depth);
 }
 
 /* The least gap [m] to a surface or a sleeping ball found until local time `end`, and when [s] */
@@ -229,8 +215,8 @@ static bool check_surface(struct mill_sim *sim, int32_t i, const struct mill_sha
     const double now = sim->now, gap = gap_at(w, i, shape, now);
     mill_paranoid_of(sim)->checks.surfaces++;
     if (!(gap >= -DEEP))
-        return mill_paranoid_fault(sim, "ball %d overlaps a surface (%s) by %.3g m at t = %.17g s",
-                                   i, kind, -gap, w->base + now);
+        return mill_paranoid_fault(sim, now, "ball %d overlaps a surface (%s) by %.3g m", i, kind,
+                                   -gap);
     if (end <= now)
         return true;
     struct least least = {end, INFINITY, now};
@@ -244,8 +230,8 @@ static bool check_surface(struct mill_sim *sim, int32_t i, const struct mill_sha
         struct mill_flight f;
         mill_flight_set(&f, r, v, g, vec3_norm(g), &sim->world->counts.quartics);
         const double window = sim->schedule->horizon + LEISURE - t;
-        const struct mill_hit hit = shape->type->next_contact(shape, &f, radius_of(w, i), t, window,
-                                                              touching && asked == 0);
+        const struct mill_hit hit = shape->type->next_contact(shape, &f, mill_world_radius(w, i), t,
+                                                              window, touching && asked == 0);
         t += hit.t;
         contact = hit.state == MILL_HIT_ASK_AGAIN ? HUGE_VAL : t;
     }
@@ -253,7 +239,7 @@ static bool check_surface(struct mill_sim *sim, int32_t i, const struct mill_sha
         sample_gap(sim, i, shape, MILL_NOBODY, contact, &least);
     return fmin(gap, 0.0) - least.gap <= surface_slack(sim, i, now, end) ||
            mill_paranoid_fault(
-               sim,
+               sim, NAN,
                "ball %d meets a surface (%s) by t = %.17g s, unplanned: its next event is at %.17g "
                "s; they would overlap by %.3g m",
                i, kind, w->base + fmin(contact, least.when), w->base + end, -least.gap);
@@ -271,11 +257,9 @@ static bool check_sleeping(struct mill_sim *sim, int32_t i, int32_t j, double en
         sample_gap(sim, flying, NULL, sleeping, sim->now, &least);
     return (gap >= -DEEP &&
             fmin(gap, 0.0) - least.gap <= surface_slack(sim, flying, sim->now, end)) ||
-           mill_paranoid_fault(
-               sim,
-               "ball %d meets ball %d, which is asleep, by t = %.17g s, unplanned: they overlap "
-               "by %.3g m",
-               flying, sleeping, w->base + least.when, -least.gap);
+           mill_paranoid_fault(sim, least.when,
+                               "ball %d meets ball %d, which is asleep, unplanned: %.3g m deep",
+                               flying, sleeping, -least.gap);
 }
 
 bool mill_paranoid_ball(struct mill_sim *sim, int32_t i, bool fresh, int32_t touched)
@@ -307,29 +291,28 @@ bool mill_paranoid_ball(struct mill_sim *sim, int32_t i, bool fresh, int32_t tou
     p->checks.quartics = p->quartics.asked;
     if (holds && p->quartics.refuted + p->quartics.doubted > 0)
         holds = mill_paranoid_fault(
-            sim, "%s of a quartic contradicts the search for a contact of ball %d at t = %.17g s",
-            p->quartics.refuted ? "the closed form" : "another solver", i, w->base + sim->now);
+            sim, sim->now, "%s of a quartic contradicts the search for a contact of ball %d",
+            p->quartics.refuted ? "the closed form" : "another solver", i);
     w->counts.quartics = counts; /* only the searches of the run count */
     return holds;
 }
 
 bool mill_paranoid_before(struct mill_sim *sim, int32_t i, double t)
 {
-    const double base = sim->world->base;
     int32_t first;
     mill_paranoid_of(sim)->due = sim->schedule->plan[i];
     mill_paranoid_of(sim)->contacts = sim->world->ball[i].contacts;
     mill_paranoid_of(sim)->asleep = sim->world->counts.asleep;
     if (!(t >= sim->now - MILL_SIM_ROUNDINGS * sim->schedule->horizon))
-        return mill_paranoid_fault(sim, "the event of ball %d at t = %.17g s comes %.3g s too late",
-                                   i, base + t, sim->now - t);
+        return mill_paranoid_fault(sim, t, "the event of ball %d comes %.3g s too late", i,
+                                   sim->now - t);
     if (!mill_paranoid_calendar(sim, &first))
         return false;
     const double due = mill_plan_time(&sim->schedule->plan[first]);
     if (first != i || due != t)
-        return mill_paranoid_fault(
-            sim, "the calendar takes ball %d at t = %.17g s, but ball %d is due at %.17g s", i,
-            base + t, first, base + due);
+        return mill_paranoid_fault(sim, due,
+                                   "the calendar takes ball %d at t = %.17g s, but ball %d is due",
+                                   i, sim->world->base + t, first);
     return mill_paranoid_place(sim, i, t) &&
            mill_paranoid_touch(sim, i, &mill_paranoid_of(sim)->due);
 }

@@ -6,14 +6,16 @@
 
 #define ACCOUNT_ERROR 1e-9 /* of the energy turned over */
 
-bool mill_paranoid_fault(struct mill_sim *sim, const char *format, ...)
+bool mill_paranoid_fault(struct mill_sim *sim, double t, const char *format, ...)
 {
-    char text[sizeof sim->error->text];
+    char text[sizeof sim->error->text], when[64] = "";
     va_list arguments;
     va_start(arguments, format);
     vsnprintf(text, sizeof text, format, arguments);
     va_end(arguments);
-    sim->status = mill_error_set(sim->error, MILL_FAILED, "paranoid: %s", text);
+    if (!isnan(t))
+        snprintf(when, sizeof when, " at t = %.17g s", sim->world->base + t);
+    sim->status = mill_error_set(sim->error, MILL_FAILED, "paranoid: %s%s", text, when);
     return false;
 }
 
@@ -33,7 +35,7 @@ bool mill_paranoid_calendar(struct mill_sim *sim, int32_t *first)
         const double entered = mill_calendar_time(q->calendar, k);
         if (!(planned == entered))
             return mill_paranoid_fault(
-                sim, "the calendar has ball %d at t = %.17g s, but its plan has %.17g s", k,
+                sim, NAN, "the calendar has ball %d at t = %.17g s, but its plan has %.17g s", k,
                 sim->world->base + entered, sim->world->base + planned);
         if (planned < mill_plan_time(&q->plan[*first]))
             *first = k;
@@ -59,8 +61,8 @@ bool mill_paranoid_place(struct mill_sim *sim, int32_t i, double t)
     while (at < held && mill_cells_ball(own, own->cell[i], at) != i)
         at++;
     if (at == held)
-        return mill_paranoid_fault(sim, "ball %d is not in the list of its cell %d at t = %.17g s",
-                                   i, own->cell[i], w->base + t);
+        return mill_paranoid_fault(sim, t, "ball %d is not in the list of its cell %d", i,
+                                   own->cell[i]);
     mill_cells_index(c, cell, index);
     bool inside = true; /* the outermost cells are open outwards, except at periodic ends */
     for (int k = 0; k < 3; k++) {
@@ -73,9 +75,8 @@ bool mill_paranoid_place(struct mill_sim *sim, int32_t i, double t)
                  ((open && index[k] == last) || x[k] <= hi);
     }
     return inside ||
-           mill_paranoid_fault(
-               sim, "ball %d at (%.9g, %.9g, %.9g) m is outside its cell %d at t = %.17g s", i, r.x,
-               r.y, r.z, cell, w->base + t);
+           mill_paranoid_fault(sim, t, "ball %d at (%.9g, %.9g, %.9g) m is outside its cell %d", i,
+                               r.x, r.y, r.z, cell);
 }
 
 bool mill_paranoid_account(struct mill_sim *sim)
@@ -90,8 +91,7 @@ bool mill_paranoid_account(struct mill_sim *sim)
     const double held = e.kinetic + e.rotational + mass * vec3_norm(w->g) * mill_paranoid_size(w);
     mill_paranoid_of(sim)->checks.accounts++;
     return imbalance <= ACCOUNT_ERROR * turnover + MILL_SIM_ROUNDINGS * held ||
-           mill_paranoid_fault(
-               sim,
-               "the energy account has an error of %.3g J, of %.3g J turned over at t = %.17g s",
-               imbalance, turnover, w->base + sim->now);
+           mill_paranoid_fault(sim, sim->now,
+                               "the energy account has an error of %.3g J, of %.3g J turned over",
+                               imbalance, turnover);
 }

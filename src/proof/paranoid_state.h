@@ -42,8 +42,8 @@ bool mill_paranoid_calendar(struct mill_sim *sim, int32_t *first);
 /* Is ball i in its cell at local time t, and in the rows of this cell? */
 bool mill_paranoid_place(struct mill_sim *sim, int32_t i, double t);
 
-/* Ends the run with this message. The result is false. */
-__attribute__((format(printf, 2, 3))) bool mill_paranoid_fault(struct mill_sim *sim,
+/* Ends the run with this message, followed by local time t (NAN: none). The result is false. */
+__attribute__((format(printf, 3, 4))) bool mill_paranoid_fault(struct mill_sim *sim, double t,
                                                                const char *format, ...);
 
 /* Bound of a coordinate in the mill [m]; rounding errors of positions are relative to it */

@@ -226,7 +226,7 @@ static double solid_fraction(const struct pack *p)
     const struct mill_world *w = p->world;
     double v = 0.0;
     for (int32_t i = 0; i < w->balls; i++) {
-        const double a = w->species[w->ball[i].species].radius;
+        const double a = mill_world_radius(w, i);
         v += (4.0 / 3.0) * MILL_PI * a * a * a;
     }
     return v / p->room.volume;

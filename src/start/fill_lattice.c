@@ -204,7 +204,7 @@ bool mill_fill_grids_init(struct mill_fill_grids *s, const struct mill_world *w,
         return false;
     for (int32_t i = 0; i < w->balls; i++) {
         struct mill_fill_place *p = &s->place[i];
-        p->radius = w->species[w->ball[i].species].radius;
+        p->radius = mill_world_radius(w, i);
         const double k = floor(log(widest / p->radius) / log(CLASS_RATIO) + 1e-9);
         p->class = (int16_t)fmin(k, MILL_FILL_CLASSES - 1);
         struct mill_fill_grid *g = &s->grid[p->class];

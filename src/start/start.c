@@ -234,18 +234,14 @@ static bool make_balls(const struct mill_setup *setup, struct mill_world *w)
     return true;
 }
 
-static double radius_of(const struct mill_world *w, int32_t i)
-{
-    return w->species[w->ball[i].species].radius;
-}
-
 /* Fills in the fault of the first ball that is too fast or beyond a periodic end. If there is none:
  * of the first ball that overlaps a surface. */
 static void check_balls(const struct mill_world *w, struct mill_fault *fault)
 {
     const double period = w->container.period;
     for (int32_t i = 0; i < w->balls && fault->code == MILL_FAULT_NONE; i++)
-        if (!(vec3_norm(w->ball[i].v) <= LIGHT && vec3_norm(w->spin[i]) * radius_of(w, i) <= LIGHT))
+        if (!(vec3_norm(w->ball[i].v) <= LIGHT &&
+              vec3_norm(w->spin[i]) * mill_world_radius(w, i) <= LIGHT))
             *fault = (struct mill_fault){.code = MILL_FAULT_SPEED, .ball = i};
     for (int32_t i = 0; i < w->balls && period > 0.0 && fault->code == MILL_FAULT_NONE; i++) {
         const double x = fabs(w->ball[i].r.x);
@@ -256,7 +252,7 @@ static void check_balls(const struct mill_world *w, struct mill_fault *fault)
         for (int k = 0; k < w->shapes && fault->code == MILL_FAULT_NONE; k++) {
             const struct mill_shape *s = w->shape[k];
             const struct mill_pose pose = mill_shape_pose(s, 0.0);
-            const double gap = mill_shape_gap(s, w->ball[i].r, radius_of(w, i), &pose);
+            const double gap = mill_shape_gap(s, w->ball[i].r, mill_world_radius(w, i), &pose);
             if (!(gap >= -SLACK))
                 *fault = (struct mill_fault){
                     .code = MILL_FAULT_BALL_IN_SHAPE, .ball = i, .kind = s->kind, .amount = -gap};
@@ -277,7 +273,8 @@ static void check_pairs(const struct mill_world *w, struct mill_fault *fault)
         for (int32_t k = 0; k < n; k++) {
             vec3 d = vec3_sub(ball->r, w->ball[near[k]].r);
             d.x = mill_world_image(w, d.x);
-            const double gap = vec3_norm(d) - (radius_of(w, i) + radius_of(w, near[k]));
+            const double gap =
+                vec3_norm(d) - (mill_world_radius(w, i) + mill_world_radius(w, near[k]));
             if (!(gap >= -SLACK) && (fault->code == MILL_FAULT_NONE || near[k] < fault->other))
                 *fault = (struct mill_fault){
                     .code = MILL_FAULT_BALL_IN_BALL, .ball = i, .other = near[k], .amount = -gap};
@@ -362,7 +359,7 @@ static double floor_of(const struct mill_world *w, double asked)
 {
     double bulk = 0.0, push = 0.0, mass = 0.0; /* [m^3] of the heap of balls, [m/s^2], [kg] */
     for (int32_t i = 0; i < w->balls; i++) {
-        const double a = radius_of(w, i);
+        const double a = mill_world_radius(w, i);
         bulk += 4.0 / 3.0 * MILL_PI * a * a * a / MILL_START_PACKING;
         mass = fmax(mass, w->species[w->ball[i].species].mass);
     }
