@@ -1,7 +1,7 @@
 /* Each function reduces its argument to a small interval and sums the Taylor series there, up to
- * the term that no longer changes a double. The reduction of angles subtracts a multiple of pi/2 in
- * three parts. The products with the first two parts are exact (W. J. Cody & W. Waite, Software
- * Manual for the Elementary Functions, 1980). */
+ * the last term that changes a double. Angles are reduced by a multiple of pi/2 in three parts;
+ * products with the first two are exact (Cody & Waite, Software Manual for the Elementary
+ * Functions). */
 #include "base/elementary.h"
 
 #include "millsim/vec3.h"
@@ -45,9 +45,8 @@ struct mill_heading mill_elementary_heading(double angle)
     /* exchange of sine and cosine by quarter turns, without a branch */
     static const double of_cos[4] = {1.0, -1.0, -1.0, 1.0}, of_sin[4] = {1.0, 1.0, -1.0, -1.0};
     const double both[2] = {cosine, sine};
-    const int quarter = (int)((int64_t)k & 3), odd_one = quarter & 1;
-    return (struct mill_heading){of_cos[quarter] * both[odd_one],
-                                 of_sin[quarter] * both[1 - odd_one]};
+    const int quarter = (int)((int64_t)k & 3), swap = quarter & 1;
+    return (struct mill_heading){of_cos[quarter] * both[swap], of_sin[quarter] * both[1 - swap]};
 }
 
 /* 0 <= t <= 1 */

@@ -1,6 +1,5 @@
-/* A key of a deck: the range of its value, its meaning, and its place in a struct. The deck has
- * tables of keys, and so has every kind of shape that a deck can name. Reading, checking, printing
- * and messages treat all keys in the same way. */
+/* A key of a deck: range and meaning of its value, and its place in a struct. The deck and every
+ * kind of shape that it can name have tables of keys: all are read, checked, printed alike. */
 #ifndef MILL_KEY_H
 #define MILL_KEY_H
 
@@ -49,8 +48,7 @@ struct mill_key {
     const char *words; /* CHOICE: "first|second"; FILE: the word for "no file", or NULL */
     double named;      /* NUMBER: what the only word of `words` stands for */
     const char *known; /* FILE: "first|second": of the names, those that are no file's; or NULL */
-    /* Of the table's struct; NULL: never. true: it means nothing here, is not needed, not printed
-     */
+    /* Of the table's struct; NULL: never. true: means nothing here, is not needed, not printed */
     bool (*hidden)(const void *form);
     const char *needs; /* for the message about a hidden key that a deck gives; NULL: it may */
 };

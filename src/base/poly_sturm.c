@@ -3,9 +3,8 @@
  * Sturm's theorem: the number of distinct roots in (lo, hi] is the decrease of the number of sign
  * changes in the chain p, p', -(p mod p'), ... from lo to hi. Remainders are computed without
  * division, as positive multiples. The numbers have enough bits to be exact for all but absurd
- * coefficients, so that counts, multiple roots and signs are those of the given doubles. An element
- * that is zero takes the sign that it has just to the right. So the count is also right at multiple
- * roots, and the interval is open at lo and closed at hi. */
+ * coefficients, so that counts, multiple roots and signs are those of the given doubles. A zero
+ * takes the sign just to its right: so the count is also right at multiple roots, in (lo, hi]. */
 #include "millsim/poly.h"
 
 #include <assert.h>

@@ -1,7 +1,6 @@
-/* The cell grid. Layers of empty cells surround the box, so that the 27 cells around a ball
- * always exist. The outermost cells inside the box reach to infinity, so that a ball which is
- * slightly outside due to rounding still has a cell. The cell of a ball follows from the faces that
- * it crossed, never from its rounded position. */
+/* Layers of empty cells surround the box, so that the 27 cells around a ball always exist. Its
+ * outermost cells reach to infinity: a ball slightly outside due to rounding still has one. The
+ * cell of a ball follows from the faces that it crossed, never from its rounded position. */
 #include "engine/cells.h"
 
 #include "base/elementary.h"
@@ -135,8 +134,7 @@ static void set_held(struct mill_cells *c, int32_t cell, int32_t held)
         set_word(c, first + c->row - 1, UINT32_MAX, (uint32_t)held);
 }
 
-/* Doubles the room of every cell. This is seldom needed: in mixtures of very unequal balls, and in
- * packed rows if five balls are in one cell. */
+/* Doubles the room of every cell: seldom, for very unequal balls, or five in one packed row. */
 static bool widen(struct mill_cells *c)
 {
     struct mill_cells wide = *c;

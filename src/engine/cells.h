@@ -41,9 +41,9 @@ struct mill_cell_exit {
 void mill_cells_cut(vec3 lo, vec3 hi, double diameter, int32_t balls, int32_t inner[3]);
 
 /* Makes a grid over the box [lo, hi] with `inner` cells and `margin` >= 1 layers of empty cells
- * around them. factor: the cells are cubes of so many of these cells; those at the end may reach
- * beyond the box. least_diameter: of the balls in its rows. No ball is in a cell yet. False when
- * out of memory; mill_cells_release frees what init allocated. */
+ * around. factor: cells are cubes of so many of these; the last may reach beyond the box.
+ * least_diameter: of the balls in its rows. It holds no ball. False: out of memory; release
+ * frees. */
 bool mill_cells_init(struct mill_cells *cells, vec3 lo, vec3 hi, const int32_t inner[3],
                      int32_t factor, int32_t margin, double least_diameter, int32_t balls);
 void mill_cells_release(struct mill_cells *cells);
@@ -70,8 +70,7 @@ static inline int32_t mill_cells_at(const struct mill_cells *c, vec3 r)
     return (x * c->n[1] + y) * c->n[2] + mill_cells_along(c, 2, r.z - c->lo.z);
 }
 
-/* The index of a cell along x, y, z. The result is exact: a cell number plus a half is never so
- * close to a multiple that rounding matters. */
+/* The index of a cell along x, y, z; exact: cell + 1/2 is never close enough to a multiple. */
 static inline void mill_cells_index(const struct mill_cells *c, int32_t cell, int32_t index[3])
 {
     const int32_t column = (int32_t)(((double)cell + 0.5) * c->per_n[1]);

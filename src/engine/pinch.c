@@ -8,9 +8,8 @@
  * twice this number changes the power of a mill with pinches by 2 %; validation/dem confirms it. */
 #define IMPACTS 10.0
 
-/* The fraction of the bodies' speed with which a pressed ball leaves other bodies. Three times this
- * fraction, or the rebound floor alone, gives a mill the same power. At a lower speed, the ball
- * only has more contacts and remains at rest on the wall. */
+/* The fraction of the bodies' speed with which a pressed ball leaves other bodies. Three times
+ * this, or the rebound floor alone, gives the same power. With less, it only has more contacts. */
 #define PARTING 0.01
 
 /* The fraction of the pressing force that is lost in a nip: the ball gives most energy back. With

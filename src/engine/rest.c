@@ -1,6 +1,5 @@
-/* Which mills have sleeping balls, where are they, and when does a ball in flight meet one?
- * Relative to a sleeping ball, the flight is a parabola, so their contact is the root of a quartic.
- * The certified search of poly.h finds it, as for the drum. */
+/* Which balls rest, and when does a ball in flight meet one? Relative to it, the flight is a
+ * parabola: the contact is the root of a quartic, found by the certified search of poly.h. */
 #include "engine/rest.h"
 
 #include "engine/slabs.h"

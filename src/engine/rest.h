@@ -1,11 +1,9 @@
 /* Balls at rest. On a bed at rest, each ball hops without end at the rebound floor. A ball that has
  * stayed where it is for a while therefore falls asleep: it stops, and has no events. Balls in
  * flight meet it as they would meet a wall. A hit above the speed `calm`, the push of a pressed
- * ball, or the loss of what holds it wakes it up. Where a moving surface could touch it, no ball
- * falls asleep. design.md gives the rules.
- *
- * A sleeping ball is not in the rows of the cell grids but in those of a second set of grids. A
- * mill whose balls move never looks into them. */
+ * ball, or the loss of what holds it wakes it up. None falls asleep where a moving surface could
+ * touch it (design.md). Sleepers are in grids of their own, which a mill that moves never looks at.
+ */
 #ifndef MILLSIM_REST_H
 #define MILLSIM_REST_H
 

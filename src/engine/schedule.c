@@ -61,9 +61,9 @@ static bool list_surfaces(struct mill_schedule *p)
     return true;
 }
 
-/* How much wider than necessary the cells are. The smallest are fastest if balls are close
- * together, as in every mill, where gravity or a rotor gathers them. In a dilute gas, larger cells
- * make fewer crossings. */
+/* How much wider than necessary the cells are. The smallest are fastest if balls are close, as in
+ * every mill, where gravity or a rotor gathers them. In a dilute gas, larger ones have fewer
+ * exits. */
 static double widening_of(const struct mill_schedule *p)
 {
     const struct mill_world *w = p->world;
@@ -361,9 +361,9 @@ static inline void finish(struct mill_schedule *p, int32_t i, double now, int32_
     mill_schedule_enter(p, i, mill_plan_time(plan));
 }
 
-/* Plans balls at the same time. face: which the ball has crossed, or -1: all cells around it are
- * searched. The exit from the cell comes first because it needs nothing from the search: the
- * processor computes it while the search waits for memory. */
+/* Plans balls at the same time. face: which the ball has crossed, or -1: all cells around are
+ * searched. The exit from the cell comes first: it is computed while the search waits for memory.
+ */
 static inline __attribute__((always_inline)) void plan_balls(struct mill_schedule *p,
                                                              const int32_t *ball,
                                                              const int together, double now,

@@ -80,8 +80,7 @@ void mill_schedule_ahead_again(struct mill_schedule *p)
         p->foreseen[k] = MILL_NOBODY;
 }
 
-/* Advances the calendar's walk by two items, through all steps: two, because the walk begins late
- * and days have different numbers of events. */
+/* Advances the calendar's walk by two items: it begins late, and the lengths of days differ. */
 void mill_schedule_ahead(struct mill_schedule *p)
 {
     for (int items = 0; items < 2; items++) {

@@ -1,8 +1,7 @@
-/* The event loop. Each event has the same four steps: move the balls to it, change their
- * velocities, call the observers, make new plans. Local time restarts at fixed intervals of
- * simulated time, the epochs. At the end of an epoch every ball is moved to the same time, checked
- * for overlaps and planned again. Thus local times stay small and precise. Only the clock decides
- * when an epoch ends, so no output option can change the run. */
+/* The event loop. Each event: move the balls to it, change their velocities, call the observers,
+ * make new plans. Local time restarts after each epoch of simulated time: then every ball is moved
+ * to the same time, checked for overlaps and planned again. Thus local times stay small and
+ * precise. Only the clock ends an epoch, so no output option can change the run. */
 #include "engine/sim_private.h"
 #include "engine/slabs.h"
 #include "engine/soft.h"

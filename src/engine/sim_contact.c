@@ -55,8 +55,7 @@ static void resolve(struct mill_sim *sim, int32_t i, int32_t j, double reduced_m
         least = sim->pinches.parting;
     }
     /* In a corner, friction and the rebound floor can cause contacts without end: the floor gives
-     * back the energy that friction takes. If time does not advance, contacts are therefore without
-     * friction until it does. Then the floor separates the bodies. */
+     * back what friction takes. While time does not advance, contacts are without friction. */
     if (mill_bridges_give(&sim->bridges, w, i, sim->now) &&
         (j == MILL_NOBODY || mill_bridges_give(&sim->bridges, w, j, sim->now)))
         law.friction = 0.0;

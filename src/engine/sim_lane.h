@@ -1,6 +1,5 @@
 /* Lanes: what the threads of the event loop work with. Each carries out events and writes down what
- * it has done, so that the loop can put the contacts of all of them in order, or take all back. No
- * file but sim_lane.c and sim_slabs.c includes this one. */
+ * it has done, so that the loop can order the contacts of all of them, or take all back. */
 #ifndef MILL_SIM_LANE_H
 #define MILL_SIM_LANE_H
 

@@ -1,10 +1,9 @@
-/* The event loop on several threads. It goes through the events in windows of time. In each window
- * the threads carry out the events inside their slabs, in order of time; then one thread carries
- * out those that were put off. All this is written down. If nothing came too early, the contacts
- * are entered into the account and told to the observers in the order in which one thread would
- * have come to them, so that all results have the same bits. This is done in the next window, by a
- * thread that has nothing else to do. If something came too early, or if the run ends at one of the
- * contacts, the window is undone, and one thread does it again. */
+/* The event loop on several threads, in windows of time. In each the threads carry out the events
+ * inside their slabs, in order of time; then one thread carries out those that were put off. All
+ * this is written down. If nothing came too early, the contacts go to the account and the observers
+ * in the order in which one thread would have come to them, so that all results have the same bits:
+ * in the next window, by a thread that has nothing else to do. If something came too early, or the
+ * run ends at one of the contacts, the window is undone, and one thread does it again. */
 #include "engine/crew.h"
 #include "engine/sim_lane.h"
 
@@ -195,9 +194,9 @@ static double clock_now(void)
     return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
 }
 
-/* So many events are done. Sometimes tries whether one thread is faster than several, or the other
- * way round: small mills, piles of balls in one place and other programs on the same cores slow
- * down several threads. The results do not depend on it. */
+/* So many events are done. Sometimes tries whether one thread is faster than several, or vice
+ * versa: small mills, piles in one place, other programs slow down several. No result depends on
+ * it */
 static void keep_pace(struct mill_pace *p, uint64_t events)
 {
     p->events += events;

@@ -36,9 +36,8 @@ struct mill_soft_spring {
 /* The damping of a contact that begins with this normal speed [m/s] */
 struct mill_soft_damping mill_soft_damping_at(const struct mill_soft_spring *spring, double speed);
 
-/* Springs of all kinds and species: of balls a and b [a * species + b], then of each other kind
- * [kind * species * species + a]. Sets the step and the duration of the world's facts. NULL: out of
- * memory. Owner: the caller; mill_soft_springs_free(). */
+/* Springs of all kinds and species: of balls a and b [a * species + b], then of other kinds [kind *
+ * species * species + a]. Sets step and duration of the world's facts. NULL: no memory */
 struct mill_soft_spring *mill_soft_springs(struct mill_world *world);
 void mill_soft_springs_free(struct mill_soft_spring *springs, const struct mill_world *world);
 

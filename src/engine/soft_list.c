@@ -1,7 +1,7 @@
-/* Who may touch whom. Balls get slots by the place of their cells once in an epoch, so that
- * neighbours are near each other in memory. Lists of neighbours hold all pairs with a gap below the
- * skin, and are made again when a ball may have gone half of it. In what order forces are summed
- * depends on the slots only, not on when lists were made. */
+/* Who may touch whom. Balls get slots by the place of their cells once in an epoch: neighbours are
+ * near each other in memory. Lists of neighbours hold all pairs with a gap below the skin, and are
+ * made again when a ball may have gone half of it. Only slots decide in what order forces add up.
+ */
 #include "engine/soft.h"
 
 #include <math.h>

@@ -36,8 +36,7 @@ void mill_soft_watch_springs(struct mill_soft *s, double interval, const double 
 
 /* ---- a contact ---- */
 
-/* The slip [m/s] just before the contact, while the ball still flew freely: from the velocities of
- * the sample before, and without the overlap */
+/* The slip [m/s] just before the contact: by the velocities of the sample before, no overlap */
 static vec3 slip_before(const struct mill_soft *s, const struct mill_soft_touch *t, vec3 n)
 {
     const int32_t a = s->slot[t->a];

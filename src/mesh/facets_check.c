@@ -25,12 +25,11 @@ void mill_facets_report_fault(struct mill_facets_report *r, vec3 place, const ch
     if (r->faults++ >= MILL_FACETS_TOLD)
         return;
     va_start(list, format);
-    const int length = vsnprintf(text, LONGEST_FAULT, format, list);
+    const size_t length = (size_t)vsnprintf(text, LONGEST_FAULT, format, list);
     va_end(list);
     assert(length < LONGEST_FAULT);
     if (!isnan(at.x))
-        snprintf(text + length, sizeof text - (size_t)length, " at (%.6g, %.6g, %.6g)", at.x, at.y,
-                 at.z);
+        snprintf(text + length, sizeof text - length, " at (%.6g, %.6g, %.6g)", at.x, at.y, at.z);
     r->fault(r->self, text);
 }
 
@@ -52,16 +51,15 @@ static const char *const trouble_name[] = {"", "not closed: a hole", "facets tur
                                            "an odd number of facets",
                                            "solids touch without common edges"};
 
-/* What is wrong with an edge, of which side k is the first */
-static enum trouble trouble_of(const struct mill_facets_check *c, size_t k, size_t sides,
-                               bool united)
+/* What is wrong with an edge, of which side k is the first of n */
+static enum trouble trouble_of(const struct mill_facets_check *c, size_t k, size_t n, bool united)
 {
     bool alone = false;
-    for (size_t i = k; i < k + sides; i++)
+    for (size_t i = k; i < k + n; i++)
         alone = alone || (c->joints.pair[i] < 0 && !c->gone[c->joints.edge[i].facet]);
     if (!alone || c->joints.edge[k].low == c->joints.edge[k].high)
         return NONE;
-    return united ? SEAM : sides == 1 ? HOLE : sides == 2 ? TURNED : KNOT;
+    return united ? SEAM : n == 1 ? HOLE : n == 2 ? TURNED : KNOT;
 }
 
 /* Tells edges with this trouble, those that hang together as one. count, root: [3 n] */

@@ -97,8 +97,7 @@ static struct way_out go_out(const struct mill_facets_check *c, int32_t facet)
         0, 0.0};
 }
 
-/* The next facet on the way; -1: there is none. Two facets on an edge compute the same numbers for
- * it, so the line always meets one of them. */
+/* The next facet on the way; -1: none. Two on an edge compute the same numbers: one is met. */
 static int32_t go_on(struct way_out *w)
 {
     const struct mill_facets_check *c = w->c;

@@ -350,9 +350,8 @@ bool mill_paranoid_after(struct mill_sim *sim, int32_t i)
 
 bool mill_paranoid_all(struct mill_sim *sim, bool fresh)
 {
-    int32_t first;
-    return mill_paranoid_calendar(sim, &first) && check_balls(sim, fresh) &&
-           mill_paranoid_account(sim);
+    int32_t i;
+    return mill_paranoid_calendar(sim, &i) && check_balls(sim, fresh) && mill_paranoid_account(sim);
 }
 
 /* ---- start and end ---- */

@@ -5,8 +5,8 @@
 
 #include "millsim/sim.h"
 
-/* Is t the first rise of this polynomial (poly.h)? c[4] != 0, it begins below zero, t or t_end
- * finite. */
+/* Is t the first rise (poly.h) of a polynomial that begins below zero? c[4] != 0, t or t_end
+ * finite */
 typedef bool mill_paranoid_opinion(const double c[5], double t_end, bool at_root, double t);
 
 /* By the roots in closed form, to 1e-9 of the terms; by GSL, true also if it finds no roots */
@@ -38,10 +38,9 @@ struct mill_paranoid_checks {
     uint64_t accounts;    /* balances of the energy account */
 };
 
-/* Checks from now on every event, and the present state before this function returns. The checks
- * change nothing in the world. The first one that fails ends the run with MILL_FAILED and one line
- * "paranoid: ...". The cost of an event grows with the number of balls. second: is asked of each
- * quartic beside the closed form; NULL: nobody */
+/* Checks every event from now on, and the present state before it returns; nothing in the world
+ * changes. The first fault ends the run with MILL_FAILED and one line "paranoid: ...". An event
+ * costs the more the more balls there are. second: is asked of each quartic too; NULL: nobody */
 enum mill_status mill_paranoid_start(struct mill_sim *sim, mill_paranoid_opinion *second,
                                      struct mill_error *error);
 void mill_paranoid_stop(struct mill_sim *sim);

@@ -19,9 +19,8 @@ static inline struct mill_paranoid *mill_paranoid_of(const struct mill_sim *sim)
     return (struct mill_paranoid *)sim->proof;
 }
 
-/* The checks of a paranoid run compare the plans and the effects of each event with brute force.
- * They write only their own counts. All return true if the check holds. If not, the sim's status is
- * MILL_FAILED and its error is "paranoid: ...". */
+/* The checks of a paranoid run compare plans and effects of each event with brute force and write
+ * only their own counts. true: the check holds; else status and error are set. */
 
 /* Before ball i's event at local time t: the event is not in the past, no plan is earlier, every
  * entry of the calendar has the time of its plan, and bodies that are due to meet touch. */

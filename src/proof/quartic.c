@@ -245,7 +245,7 @@ static void quadratic_pair(struct dd a, struct dd b, int s, double re[2], double
 }
 
 /* c[k] / c[4] in the variable 2^-s x, where 2^s makes the largest |c[4-k] / c[4]|^(1/k) about 1 */
-static struct dd coefficient(const double c[5], int k, int s)
+static struct dd ratio(const double c[5], int k, int s)
 {
     int lead = ilogb(c[4]);
     if (c[k] == 0.0)
@@ -264,8 +264,7 @@ void mill_quartic_roots(const double c[5], double re[4], double im[4])
         }
     if (s == -100000)
         s = 0;
-    struct monic p = {coefficient(c, 3, s), coefficient(c, 2, s), coefficient(c, 1, s),
-                      coefficient(c, 0, s)};
+    struct monic p = {ratio(c, 3, s), ratio(c, 2, s), ratio(c, 1, s), ratio(c, 0, s)};
     struct factors f = best_factors(&p);
     quadratic_pair(f.a1, f.b1, s, re, im);
     quadratic_pair(f.a2, f.b2, s, re + 2, im + 2);

@@ -1,7 +1,6 @@
-/* Double-double arithmetic: a value is the sum of two doubles, with about 106 bits. Dekker, Numer.
+/* Double-double arithmetic: a value is the sum of two doubles, of about 106 bits. Dekker, Numer.
  * Math. 18 (1971) 224 (products); Knuth, TAOCP 2, 4.2.2 (sums); Joldes, Muller and Popescu, ACM
- * TOMS 44:15 (2017) for the relative errors, which are all below 2^-101. It needs round-to-nearest
- * without contraction, and magnitudes between 1e-140 and 1e290. */
+ * TOMS 44:15 (2017): errors below 2^-101, to nearest, without contraction, of 1e-140 to 1e290. */
 #ifndef MILL_QUARTIC_DD_H
 #define MILL_QUARTIC_DD_H
 

@@ -20,7 +20,6 @@ bool mill_clash_find(const struct mill_setup *setup, const struct mill_start_wat
 
 /* The first fault of a periodic drum (MILL_FAULT_SHORT to MILL_FAULT_END, or MILL_FAULT_MEMORY).
  * Returns whether there is none, as in a drum with end walls. */
-bool mill_ends_fit(const struct mill_setup *setup, struct mill_motion *const *motion,
-                   struct mill_fault *fault);
+bool mill_ends_fit(const struct mill_setup *s, struct mill_motion *const *m, struct mill_fault *f);
 
 #endif

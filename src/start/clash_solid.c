@@ -18,9 +18,8 @@ static struct mill_clash_ball around(const struct mill_clash_solid *s, int32_t b
     const vec3 hi = {(double)n->hi[0], (double)n->hi[1], (double)n->hi[2]};
     if (n->leaf != MILL_FACETS_INNER && (n->leaf & 7) == 1)
         return ball_of(s, s->tree.order[n->leaf >> 3]);
-    return (struct mill_clash_ball){vec3_scale(vec3_add(lo, hi), 0.5),
-                                    0.5 * vec3_norm(vec3_sub(hi, lo)) + s->part->core.grown, -1,
-                                    box};
+    const double radius = 0.5 * vec3_norm(vec3_sub(hi, lo)) + s->part->core.grown;
+    return (struct mill_clash_ball){vec3_scale(vec3_add(lo, hi), 0.5), radius, -1, box};
 }
 
 void mill_clash_solid_halves(const struct mill_clash_solid *s, const struct mill_clash_ball *ball,
@@ -80,9 +79,8 @@ bool mill_clash_solid_holds(const struct mill_clash_solid *solid, vec3 place)
         return false;
     for (int32_t k = 0; k < solid->parts; k++) {
         const struct mill_part *p = &solid->part[k];
-        const vec3 from = vec3_sub(p->centre, place), *c = p->core.corner;
-        angle +=
-            mill_facets_angle(vec3_add(from, c[0]), vec3_add(from, c[1]), vec3_add(from, c[2]));
+        const vec3 at = vec3_sub(p->centre, place), *c = p->core.corner;
+        angle += mill_facets_angle(vec3_add(at, c[0]), vec3_add(at, c[1]), vec3_add(at, c[2]));
     }
     return fabs(angle) > MILL_PI;
 }

@@ -39,11 +39,10 @@ bool mill_clash_solid_holds(const struct mill_clash_solid *solid, vec3 place);
 
 /* ---- gaps (clash_gap.c) ---- */
 
-/* Bounds of the distance between two solids, and between a solid and a container's wall. The true
- * distance is between `least` and `most`. least <= 0: the solids touch, or the search ended
- * before it could show that they do not. The bounds are close enough that steps of length `least`
- * make progress; they need not be closer than 2 % of `near`, the distance at which solids count as
- * touching. looks: number of parts and spheres compared */
+/* Bounds of the distance between two solids, and between a solid and a container's wall: it is
+ * between `least` and `most`. least <= 0: they touch, or the search ended before it could show that
+ * they do not. Steps of length `least` make progress; the bounds need not be closer than 2 % of
+ * `near`, at which solids count as touching. looks: number of parts and spheres compared */
 
 /* Of two parts in one frame */
 struct mill_part_gap mill_clash_gap_parts(const struct mill_part *a, const struct mill_part *b,

@@ -72,8 +72,7 @@ static bool does_surface_fit(const struct mill_setup *s, int k, struct mill_moti
     return fits || fail(fault, made ? MILL_FAULT_END : MILL_FAULT_MEMORY, number, room);
 }
 
-bool mill_ends_fit(const struct mill_setup *s, struct mill_motion *const *motion,
-                   struct mill_fault *fault)
+bool mill_ends_fit(const struct mill_setup *s, struct mill_motion *const *m, struct mill_fault *f)
 {
     const struct mill_body *slice = mill_shapes_container(s)->body;
     double widest = 0.0;
@@ -82,11 +81,11 @@ bool mill_ends_fit(const struct mill_setup *s, struct mill_motion *const *motion
     for (int k = 0; k < s->species; k++)
         widest = fmax(widest, s->balls[k].diameter);
     if (slice->length < FEWEST * widest * (1.0 + 1e-6))
-        return fail(fault, MILL_FAULT_SHORT, -1, widest);
+        return fail(f, MILL_FAULT_SHORT, -1, widest);
     if (s->gravity.x != 0.0)
-        return fail(fault, MILL_FAULT_TILT, -1, 0.0);
+        return fail(f, MILL_FAULT_TILT, -1, 0.0);
     for (int k = 0; k < s->surfaces; k++)
-        if (!does_surface_fit(s, k, motion, 0.5 * slice->length, 0.5 * widest, fault))
+        if (!does_surface_fit(s, k, m, 0.5 * slice->length, 0.5 * widest, f))
             return false;
     return true;
 }

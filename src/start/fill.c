@@ -165,8 +165,7 @@ static double push_from_balls(struct pack *p, int32_t i)
     return pushed;
 }
 
-/* One pass over all balls whose neighbourhood has changed. Adds the number of these balls to *looks
- * and returns the sum of the displacements. */
+/* A pass over all whose neighbourhood has changed, counted in *looks. Returns the sum of pushes. */
 static double push_round(struct pack *p, uint64_t *looks)
 {
     struct mill_fill_place *place = p->grids.place;

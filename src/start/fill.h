@@ -69,8 +69,7 @@ struct mill_fill_grids {
 
 /* With the balls and radii of the world, of which `widest` [m] is the largest; no ball is placed
  * yet. false: out of memory. The caller frees them in any case. */
-bool mill_fill_grids_init(struct mill_fill_grids *grids, const struct mill_world *world,
-                          double widest);
+bool mill_fill_grids_init(struct mill_fill_grids *s, const struct mill_world *w, double widest);
 void mill_fill_grids_free(struct mill_fill_grids *grids);
 void mill_fill_grids_clear(struct mill_fill_grids *grids);
 
@@ -81,7 +80,6 @@ void mill_fill_grids_replace(struct mill_fill_grids *grids, int32_t i);
 /* Lists all placed balls that may be nearer than the spacing to a ball of this radius at r, and
  * some others. Who reads the list from its end gets the cells in order, and of each cell the ball
  * that came last first. `out` must have room for all balls and MILL_CELL_ROW more. */
-int32_t mill_fill_grids_near(const struct mill_fill_grids *grids, vec3 r, double radius,
-                             int32_t *out);
+int32_t mill_fill_grids_near(const struct mill_fill_grids *s, vec3 r, double radius, int32_t *out);
 
 #endif

@@ -136,10 +136,9 @@ static void make_container(const struct mill_setup *setup, struct mill_world *w)
     c->still = c->drum && !c->motion;
     const struct mill_motion *m = c->motion;
     const bool round = s->solid->round || c->drum || is->corners > 0;
-    const double off =
-        m ? vec3_norm(vec3_cross(vec3_sub(c->frame.place, m->through), m->axis)) : 0.0;
-    const bool turns = m && m->axial && round && off <= 1e-9 * c->radius &&
-                       vec3_norm(vec3_cross(m->axis, c->frame.x)) <= 1e-9;
+    const bool turns =
+        m && m->axial && round && vec3_norm(vec3_cross(m->axis, c->frame.x)) <= 1e-9 &&
+        vec3_norm(vec3_cross(vec3_sub(c->frame.place, m->through), m->axis)) <= 1e-9 * c->radius;
     c->mapped = turns ? m->on : m;
 }
 
@@ -157,9 +156,8 @@ static void take_in(const struct mill_world *w, const struct mill_pose *frame, d
     *hi = vec3_make(fmax(hi->x, at.x + e.x), fmax(hi->y, at.y + e.y), fmax(hi->z, at.z + e.z));
 }
 
-/* Finds a box that contains the container at all times, from its places at many times of a period.
- * The margin is how far it can move in half the time between two of them. Without a common period,
- * the box contains the ball that the container never leaves. */
+/* Finds a box that contains the container at all times: of many places in a period, with a margin
+ * for half the time between two. Without a common period, of the ball that it never leaves. */
 static void find_places(struct mill_world *w)
 {
     enum { LOOKS = 512, MOST = 100000 };
@@ -176,15 +174,12 @@ static void find_places(struct mill_world *w)
     const struct mill_pose begin = mill_world_frame(w, 0.0);
     c->lo = vec3_make(INFINITY, INFINITY, INFINITY);
     c->hi = vec3_scale(c->lo, -1.0);
+    *places = (struct mill_reach){c->lo, c->hi, INFINITY};
     take_in(w, &begin, 1e-9 * size, &c->lo, &c->hi);
-    *places = (struct mill_reach){
-        {INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}, INFINITY};
     struct mill_motion *chain = (struct mill_motion *)c->motion;
     const struct mill_motion_cycle cycle = mill_motion_cycle(&chain, 1);
     const struct mill_motion_bounds b = mill_motion_bounds(c->motion, c->frame.place);
-    const int looks = cycle.single <= 0.0            ? 1
-                      : cycle.singles * LOOKS < MOST ? cycle.singles * LOOKS
-                                                     : MOST;
+    const int n = cycle.singles * LOOKS, looks = cycle.single <= 0.0 ? 1 : n < MOST ? n : MOST;
     const double between = looks > 1 ? cycle.period / looks : 0.0;
     const double margin = 0.5 * between * (b.speed + b.turning * size) + 1e-9 * size;
     for (int k = 0; k < looks; k++) {
@@ -234,8 +229,7 @@ static bool make_balls(const struct mill_setup *setup, struct mill_world *w)
     return true;
 }
 
-/* Fills in the fault of the first ball that is too fast or beyond a periodic end. If there is none:
- * of the first ball that overlaps a surface. */
+/* The fault of the first ball too fast or beyond a periodic end, else of one in a surface */
 static void check_balls(const struct mill_world *w, struct mill_fault *fault)
 {
     const double period = w->container.period;
@@ -345,9 +339,8 @@ static double push_of(const struct mill_world *w, const struct mill_motion *moti
     double most = 0.0;
     for (int k = 0; k < 6; k++) {
         const double side = k % 2 ? r : -r;
-        const vec3 out = {k / 2 == 0 ? side : 0.0, k / 2 == 1 ? side : 0.0,
-                          k / 2 == 2 ? side : 0.0};
-        const vec3 place = mill_motion_in(motion, 0.0, vec3_add(centre, out));
+        const vec3 to = {k / 2 == 0 ? side : 0.0, k / 2 == 1 ? side : 0.0, k / 2 == 2 ? side : 0.0};
+        const vec3 place = mill_motion_in(motion, 0.0, vec3_add(centre, to));
         most = fmax(most, mill_motion_bounds(motion, place).acceleration);
     }
     return most;

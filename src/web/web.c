@@ -282,9 +282,8 @@ DOOR(mill_web_results) enum mill_status mill_web_results(void)
     mill_notes_take(&notes, now.world, results, t, false, false);
     mill_notes_write(&notes, &json.sink);
     mill_sink_json_end(&json);
-    const bool told = !json.sink.failed;
-    status =
-        told && add_spectrum(&tally->plan.energies, results->sums.pair) ? MILL_OK : MILL_FAILED;
+    if (json.sink.failed || !add_spectrum(&tally->plan.energies, results->sums.pair))
+        status = MILL_FAILED;
     mill_tally_results_free(results);
     return end_text(status);
 }

@@ -51,10 +51,9 @@ static void tell_keys(struct mill_sink_json *json, const struct mill_deck *deck)
     mill_sink_json_close_array(json);
 }
 
-static void tell_names(struct mill_sink_json *json, const char *name, int count,
-                       const char *const *of)
+static void tell_names(struct mill_sink_json *json, const char *name, int n, const char *const *of)
 {
-    const size_t names = (size_t)count;
+    const size_t names = (size_t)n;
     json->sink.values(&json->sink, name, MILL_H5_TEXT, 1, &names, of, "", "");
 }
 
