@@ -1,7 +1,6 @@
 /* Each function reduces its argument to a small interval and sums the Taylor series there, up to
- * the last term that changes a double. Angles are reduced by a multiple of pi/2 in three parts;
- * products with the first two are exact (Cody & Waite, Software Manual for the Elementary
- * Functions). */
+ * the last that changes a double. Angles are reduced by a multiple of pi/2 in three parts, exactly
+ * for two of them (Cody & Waite, Software Manual for the Elementary Functions, 1980). */
 #include "base/elementary.h"
 
 #include "millsim/vec3.h"

@@ -18,7 +18,6 @@ struct mill_rebound mill_impact_resolve(const struct mill_law *law, double rebou
     const double g_n = mill_greatest(closing, 0.0);
     const vec3 g_t = vec3_axpy(slip, -closing, n);
     const double s_t = vec3_norm(g_t);
-
     rebound.floored = law->restitution * g_n < rebound_floor;
     const double leaving = rebound.floored ? rebound_floor : law->restitution * g_n;
     const double j_n = reduced_mass * (g_n + leaving);
@@ -29,7 +28,6 @@ struct mill_rebound mill_impact_resolve(const struct mill_law *law, double rebou
     rebound.dissipation_normal = 0.5 * j_n * (g_n - leaving) + j_n * (closing - g_n);
     rebound.dissipation = rebound.dissipation_normal;
     rebound.slid = false;
-
     if (law->friction > 0.0 && s_t > 0.0) {
         /* uniform spheres: the tangential reduced mass is 2/7 of the normal one */
         const double sticking = (2.0 / 7.0) * reduced_mass * (1.0 + law->tangential) * s_t;

@@ -40,8 +40,7 @@ struct mill_key {
     /* The key that this one stands for. Of all keys that stand for the same one, and that one
      * itself, exactly one is given. Only that one is printed. */
     const char *instead;
-    double factor; /* with `instead`: the value times this is the value of that key, and has
-                      its place; 0: the value has a place of its own */
+    double factor; /* with `instead`: times this, it is the value of that key; 0: of its own */
     size_t offset; /* of the value, in the struct of its table */
     /* A number in the unit of this key, which has the same name, is that key's; NULL: none */
     const struct mill_key *also;

@@ -42,8 +42,7 @@ void mill_cells_cut(vec3 lo, vec3 hi, double diameter, int32_t balls, int32_t in
 
 /* Makes a grid over the box [lo, hi] with `inner` cells and `margin` >= 1 layers of empty cells
  * around. factor: cells are cubes of so many of these; the last may reach beyond the box.
- * least_diameter: of the balls in its rows. It holds no ball. False: out of memory; release
- * frees. */
+ * least_diameter: of the balls in its rows. It holds none yet. False: out of memory; release it. */
 bool mill_cells_init(struct mill_cells *cells, vec3 lo, vec3 hi, const int32_t inner[3],
                      int32_t factor, int32_t margin, double least_diameter, int32_t balls);
 void mill_cells_release(struct mill_cells *cells);

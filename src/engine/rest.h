@@ -2,8 +2,7 @@
  * stayed where it is for a while therefore falls asleep: it stops, and has no events. Balls in
  * flight meet it as they would meet a wall. A hit above the speed `calm`, the push of a pressed
  * ball, or the loss of what holds it wakes it up. None falls asleep where a moving surface could
- * touch it (design.md). Sleepers are in grids of their own, which a mill that moves never looks at.
- */
+ * touch it (design.md). Sleepers have grids of their own, which a mill that moves never reads. */
 #ifndef MILLSIM_REST_H
 #define MILLSIM_REST_H
 

@@ -62,8 +62,7 @@ static bool list_surfaces(struct mill_schedule *p)
 }
 
 /* How much wider than necessary the cells are. The smallest are fastest if balls are close, as in
- * every mill, where gravity or a rotor gathers them. In a dilute gas, larger ones have fewer
- * exits. */
+ * every mill, where gravity or a rotor gathers them. In a dilute gas, larger ones are left less. */
 static double widening_of(const struct mill_schedule *p)
 {
     const struct mill_world *w = p->world;
@@ -362,8 +361,7 @@ static inline void finish(struct mill_schedule *p, int32_t i, double now, int32_
 }
 
 /* Plans balls at the same time. face: which the ball has crossed, or -1: all cells around are
- * searched. The exit from the cell comes first: it is computed while the search waits for memory.
- */
+ * searched. The exit from the cell comes first: it is computed while that waits for memory. */
 static inline __attribute__((always_inline)) void plan_balls(struct mill_schedule *p,
                                                              const int32_t *ball,
                                                              const int together, double now,

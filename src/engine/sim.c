@@ -97,7 +97,7 @@ enum mill_status mill_sim_create(struct mill_world *world, struct mill_sim **sim
     if (fits)
         s->world = world;
     if (fits && soft)
-        fits = (s->soft = mill_soft_create(world, mill_soft_springs(world))) != NULL;
+        fits = (s->soft = mill_soft_create(world)) != NULL;
     else if (fits)
         fits = mill_pinches_create(&s->pinches, world, &s->memory) &&
                mill_bridges_create(&s->bridges, world, &s->memory) && remember_contacts(s);

@@ -252,12 +252,11 @@ static void watch_time(struct mill_sim *sim, int32_t i, double t)
     const uint64_t balls = (uint64_t)sim->world->balls;
     mill_sim_watch(&sim->watch, t);
     if (w->standing > 1000000 + 100 * balls)
-        sim->status =
-            mill_error_set(sim->error, MILL_FAILED,
-                           "the simulated time does not advance after t = %.9g s: ball "
-                           "%ld has contacts without end; raise contact.rebound_floor "
-                           "(now %g m/s)",
-                           sim->world->base + sim->now, (long)i, sim->world->rebound_floor);
+        sim->status = mill_error_set(
+            sim->error, MILL_FAILED,
+            "the simulated time does not advance after t = %.9g s: ball %ld has contacts without "
+            "end; raise contact.rebound_floor (now %g m/s)",
+            sim->world->base + sim->now, (long)i, sim->world->rebound_floor);
     if (w->events > 10000000 + 40000 * balls)
         sim->status = mill_error_set(
             sim->error, MILL_FAILED,

@@ -195,8 +195,7 @@ static double clock_now(void)
 }
 
 /* So many events are done. Sometimes tries whether one thread is faster than several, or vice
- * versa: small mills, piles in one place, other programs slow down several. No result depends on
- * it */
+ * versa: small mills, piles in one place, other programs slow several. No result depends on it. */
 static void keep_pace(struct mill_pace *p, uint64_t events)
 {
     p->events += events;

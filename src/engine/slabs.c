@@ -142,10 +142,10 @@ bool mill_slabs_create(struct mill_schedule *p, int threads, struct mill_slabs *
     s->layer = c->n[1] * c->n[2];
     s->margin = c->margin;
     s->end = -INFINITY;
-    s->home = mill_memory_get((size_t)p->world->balls, sizeof *s->home);
-    s->mark = mill_memory_get((size_t)mill_cells_count(c), sizeof *s->mark);
-    s->contacts = mill_memory_get((size_t)p->world->balls, sizeof *s->contacts);
-    bool made = s->home && s->mark && s->contacts;
+    s->home = mill_memory_take(&s->memory, (size_t)p->world->balls, sizeof *s->home);
+    s->mark = mill_memory_take(&s->memory, (size_t)mill_cells_count(c), sizeof *s->mark);
+    s->contacts = mill_memory_take(&s->memory, (size_t)p->world->balls, sizeof *s->contacts);
+    bool made = !s->memory.failed;
     for (int k = 0; k < s->count && made; k++) {
         s->slab[k].calendar =
             mill_calendar_create(p->world->balls, &p->plan->event, sizeof *p->plan);
@@ -172,9 +172,7 @@ void mill_slabs_free(struct mill_slabs *s)
     enter_all(s->schedule);
     for (int k = 0; k < s->count; k++)
         mill_calendar_free(s->slab[k].calendar);
-    free(s->home);
-    free(s->mark);
-    free(s->contacts);
+    mill_memory_drop(&s->memory);
     free(s);
 }
 

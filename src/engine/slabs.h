@@ -24,6 +24,7 @@ struct mill_slab_mark {
 };
 
 struct mill_slabs {
+    struct mill_memory_pool memory;
     struct mill_schedule *schedule;
     int count;
     struct mill_slab slab[MILL_CREW_MOST];

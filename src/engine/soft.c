@@ -269,16 +269,16 @@ static void find_speeds(struct mill_soft *s)
     }
 }
 
-struct mill_soft *mill_soft_create(struct mill_world *w, struct mill_soft_spring *spring)
+struct mill_soft *mill_soft_create(struct mill_world *w)
 {
     const size_t n = (size_t)w->balls, shapes = (size_t)w->shapes;
+    const size_t all = (size_t)w->species_count * (size_t)w->species_count * (size_t)w->kinds.count;
     struct mill_soft *s = calloc(1, sizeof *s);
-    if (!s) {
-        mill_soft_springs_free(spring, w);
+    if (!s)
         return NULL;
-    }
     s->world = w;
-    s->spring = spring;
+    s->spring = w->soft.on ? mill_soft_springs(w, &s->memory)
+                           : mill_memory_take(&s->memory, all, sizeof *s->spring);
     s->place = mill_memory_take(&s->memory, n, sizeof *s->place);
     s->load = mill_memory_take(&s->memory, n, sizeof *s->load);
     s->course = mill_memory_take(&s->memory, n, sizeof *s->course);
@@ -315,7 +315,6 @@ void mill_soft_free(struct mill_soft *s)
         return;
     mill_soft_use_threads(s, 1);
     mill_soft_lists_free(s);
-    mill_soft_springs_free(s->spring, s->world);
     mill_memory_drop(&s->memory);
     free(s);
 }

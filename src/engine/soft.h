@@ -38,8 +38,7 @@ struct mill_soft_damping mill_soft_damping_at(const struct mill_soft_spring *spr
 
 /* Springs of all kinds and species: of balls a and b [a * species + b], then of other kinds [kind *
  * species * species + a]. Sets step and duration of the world's facts. NULL: no memory */
-struct mill_soft_spring *mill_soft_springs(struct mill_world *world);
-void mill_soft_springs_free(struct mill_soft_spring *springs, const struct mill_world *world);
+struct mill_soft_spring *mill_soft_springs(struct mill_world *w, struct mill_memory_pool *memory);
 
 /* ---- contacts ---- */
 
@@ -219,8 +218,8 @@ struct mill_soft {
     uint64_t tells;          /* so far */
 };
 
-/* From the world at t = 0, with these springs, which it then owns. NULL: out of memory */
-struct mill_soft *mill_soft_create(struct mill_world *world, struct mill_soft_spring *spring);
+/* From the world at t = 0; if its spheres are not soft, all springs are 0. NULL: out of memory */
+struct mill_soft *mill_soft_create(struct mill_world *world);
 void mill_soft_free(struct mill_soft *soft);
 /* As mill_sim_take_events: all steps that end until `limit` [s]; the world is then at the last. */
 void mill_soft_run(struct mill_sim *sim, double limit, uint64_t *budget);

@@ -186,10 +186,12 @@ static void end(struct mill_soft *s, struct mill_soft_part *p, int32_t touch)
     mill_soft_touch_put(p, touch);
 }
 
-/* A new contact between these. NULL: out of memory */
-static struct mill_soft_touch *make(struct mill_soft_part *p, int32_t *touch, int32_t a, int32_t b,
+/* The contact between these, or a new one. NULL: out of memory */
+static struct mill_soft_touch *hold(struct mill_soft_part *p, int32_t *touch, int32_t a, int32_t b,
                                     bool crowded)
 {
+    if (*touch >= 0)
+        return mill_soft_touch(p, *touch);
     *touch = mill_soft_touch_get(p);
     if (*touch < 0) {
         p->failed = true;
@@ -254,20 +256,16 @@ static void press_pair(struct mill_soft *s, struct mill_soft_part *p, int32_t i,
                                   .rate = vec3_add(vec3_sub(ca->v, cb->v), vec3_cross(spin, n)),
                                   .depth = sum - distance,
                                   .begins = near->touch < 0};
-    struct mill_soft_touch *t;
     if (m.begins) {
         m.point = vec3_axpy(s->place[a].r, arm_a, n);
         m.point.x = mill_world_image(w, m.point.x);
-        t = make(p, &near->touch, ca->number, cb->number, ca->touched || cb->touched);
-        if (!t)
-            return;
-    } else {
-        t = mill_soft_touch(p, near->touch);
     }
-    if (s->watch) {
+    struct mill_soft_touch *t =
+        hold(p, &near->touch, ca->number, cb->number, ca->touched || cb->touched);
+    if (t && s->watch)
         s->watch->touch(s, p, &m, t);
+    if (!t || s->watch)
         return;
-    }
     const struct push push = press(s, &m, t, p, MILL_BALL_BALL);
     const bool kicks = m.begins || (push.rest < s->dt && push.pressing > 0.0);
     load(s, p, a, &push, kicks, -1.0, vec3_scale(n, arm_a));
@@ -332,16 +330,13 @@ static void press_place(struct mill_soft *s, struct mill_soft_part *p, int32_t i
         .rate = vec3_add(vec3_sub(course->v, c->velocity), vec3_cross(course->w, reach)),
         .depth = -c->gap,
         .begins = touch < 0};
-    struct mill_soft_touch *t;
+    struct mill_soft_touch *t = hold(p, &touch, course->number, MILL_NOBODY, course->touched);
+    if (!t)
+        return;
     if (m.begins) {
-        t = make(p, &touch, course->number, MILL_NOBODY, course->touched);
-        if (!t)
-            return;
         t->shape = number;
         t->place = mill_pose_in(pose, c->point);
         t->inward = mill_pose_turn_in(pose, c->normal);
-    } else {
-        t = mill_soft_touch(p, touch);
     }
     if (s->watch) {
         s->watch->touch(s, p, &m, t);

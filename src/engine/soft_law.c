@@ -8,7 +8,6 @@
 #include "geometry/body.h"
 
 #include <math.h>
-#include <stdlib.h>
 
 #define POISSON 0.3
 #define PACE 0.004      /* of the integration */
@@ -174,21 +173,23 @@ static double lasts(const struct mill_world *w, const struct mill_soft_spring *s
 }
 
 /* The damping at the restitutions of the table. NULL: out of memory */
-static struct mill_soft_damping *damp_all(const struct mill_law *law, bool hertz)
+static struct mill_soft_damping *damp_all(const struct mill_law *law, bool hertz,
+                                          struct mill_memory_pool *memory)
 {
-    struct mill_soft_damping *all = malloc(MILL_SOFT_ROWS * sizeof *all);
+    struct mill_soft_damping *all = mill_memory_take(memory, MILL_SOFT_ROWS, sizeof *all);
     for (int k = 0; all && k < MILL_SOFT_ROWS; k++)
         all[k] =
             damp(mix(MILL_SOFT_LEAST, 1.0, k / (MILL_SOFT_ROWS - 1.0)), law->tangential, hertz);
     return all;
 }
 
-struct mill_soft_spring *mill_soft_springs(struct mill_world *w)
+struct mill_soft_spring *mill_soft_springs(struct mill_world *w, struct mill_memory_pool *memory)
 {
     const int species = w->species_count;
     const size_t pairs = (size_t)species * (size_t)species;
     const bool hertz = w->soft.hertz;
-    struct mill_soft_spring *all = calloc(pairs * (size_t)w->kinds.count, sizeof *all);
+    struct mill_soft_spring *all =
+        mill_memory_take(memory, pairs * (size_t)w->kinds.count, sizeof *all);
     struct mill_law last = {-1.0, 0.0, 0.0};
     struct mill_soft_damping damping = {0.0, 0.0, 0.0, 0.0};
     w->soft_facts.speed = find_speed(w);
@@ -198,11 +199,9 @@ struct mill_soft_spring *mill_soft_springs(struct mill_world *w)
         const bool falls = w->fall[kind].points > 0;
         if (!mill_world_has(w, kind))
             continue;
-        const struct mill_soft_damping *damped = falls ? damp_all(law, hertz) : NULL;
-        if (falls && !damped) {
-            mill_soft_springs_free(all, w);
+        const struct mill_soft_damping *damped = falls ? damp_all(law, hertz, memory) : NULL;
+        if (falls && !damped)
             return NULL;
-        }
         if (!falls &&
             (law->restitution != last.restitution || law->tangential != last.tangential)) {
             damping = damp(law->restitution, law->tangential, hertz);
@@ -225,12 +224,4 @@ struct mill_soft_spring *mill_soft_springs(struct mill_world *w)
         }
     }
     return all;
-}
-
-void mill_soft_springs_free(struct mill_soft_spring *all, const struct mill_world *w)
-{
-    const size_t pairs = (size_t)w->species_count * (size_t)w->species_count;
-    for (int kind = 0; all && kind < w->kinds.count; kind++)
-        free((void *)all[(size_t)kind * pairs].damped);
-    free(all);
 }

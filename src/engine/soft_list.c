@@ -1,7 +1,6 @@
 /* Who may touch whom. Balls get slots by the place of their cells once in an epoch: neighbours are
  * near each other in memory. Lists of neighbours hold all pairs with a gap below the skin, and are
- * made again when a ball may have gone half of it. Only slots decide in what order forces add up.
- */
+ * made again when a ball may have gone half of it. Only slots decide how forces are ordered. */
 #include "engine/soft.h"
 
 #include <math.h>

@@ -6,7 +6,6 @@
 #include "engine/soft.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 enum { ROUNDS = 400 }; /* of moving balls apart */
@@ -55,9 +54,8 @@ static vec3 slip_before(const struct mill_soft *s, const struct mill_soft_touch 
 }
 
 /* The contact has begun since the last sample. Returns its age [s]. */
-static double begin(struct mill_soft *s, struct mill_soft_part *p,
-                    const struct mill_soft_meeting *m, struct mill_soft_touch *t, double closing,
-                    int kind)
+static double begin(struct mill_soft *s, struct mill_soft_part *p, struct mill_soft_touch *t,
+                    const struct mill_soft_meeting *m, double closing, int kind)
 {
     const struct mill_world *w = s->world;
     struct mill_soft_watch *watch = s->watch;
@@ -128,7 +126,7 @@ static void touch(struct mill_soft *s, struct mill_soft_part *p, const struct mi
     watch->normal[kind] += watch->interval * dashpot * closing * closing;
     watch->elastic += 0.5 * spring->stiff * m->depth * m->depth;
     watch->deepest = mill_greatest(watch->deepest, m->depth);
-    const double age = m->begins ? begin(s, p, m, t, closing, kind) : 0.0;
+    const double age = m->begins ? begin(s, p, t, m, closing, kind) : 0.0;
     t->normal = m->normal;
     if (t->b < 0 && spring->friction > 0.0)
         watch->rubbed[kind] +=
@@ -308,12 +306,8 @@ void mill_soft_watch_state(const struct mill_soft *s, double *state)
     for (int32_t i = 0; i < s->world->balls; i++) {
         const struct mill_soft_ball *b = &s->ball[i];
         const vec3 is[3] = {s->place[i].r, b->v, b->w};
-        for (size_t k = 0; k < 3; k++) {
-            double *to = state + k * n + 3 * (size_t)s->course[i].number;
-            to[0] = is[k].x;
-            to[1] = is[k].y;
-            to[2] = is[k].z;
-        }
+        for (size_t k = 0; k < 3; k++)
+            memcpy(state + k * n + 3 * (size_t)s->course[i].number, &is[k], sizeof is[k]);
     }
 }
 
@@ -321,9 +315,8 @@ void mill_soft_watch_state(const struct mill_soft *s, double *state)
 
 struct mill_soft *mill_soft_watch_create(struct mill_world *w)
 {
-    const size_t n = (size_t)w->balls, pairs = (size_t)(w->species_count * w->species_count);
-    struct mill_soft_spring *spring = calloc(pairs * (size_t)w->kinds.count, sizeof *spring);
-    struct mill_soft *s = spring ? mill_soft_create(w, spring) : NULL;
+    const size_t n = (size_t)w->balls;
+    struct mill_soft *s = mill_soft_create(w);
     if (!s)
         return NULL;
     s->watch = mill_memory_take(&s->memory, 1, sizeof *s->watch);

@@ -300,9 +300,10 @@ bool mill_paranoid_ball(struct mill_sim *sim, int32_t i, bool fresh, int32_t tou
 bool mill_paranoid_before(struct mill_sim *sim, int32_t i, double t)
 {
     int32_t first;
-    mill_paranoid_of(sim)->due = sim->schedule->plan[i];
-    mill_paranoid_of(sim)->contacts = sim->world->ball[i].contacts;
-    mill_paranoid_of(sim)->asleep = sim->world->counts.asleep;
+    struct mill_paranoid *p = mill_paranoid_of(sim);
+    p->due = sim->schedule->plan[i];
+    p->contacts = sim->world->ball[i].contacts;
+    p->asleep = sim->world->counts.asleep;
     if (!(t >= sim->now - MILL_SIM_ROUNDINGS * sim->schedule->horizon))
         return mill_paranoid_fault(sim, t, "the event of ball %d comes %.3g s too late", i,
                                    sim->now - t);
@@ -313,8 +314,7 @@ bool mill_paranoid_before(struct mill_sim *sim, int32_t i, double t)
         return mill_paranoid_fault(sim, due,
                                    "the calendar takes ball %d at t = %.17g s, but ball %d is due",
                                    i, sim->world->base + t, first);
-    return mill_paranoid_place(sim, i, t) &&
-           mill_paranoid_touch(sim, i, &mill_paranoid_of(sim)->due);
+    return mill_paranoid_place(sim, i, t) && mill_paranoid_touch(sim, i, &p->due);
 }
 
 static bool check_ball(struct mill_sim *sim, int32_t i, bool fresh, int32_t touched)

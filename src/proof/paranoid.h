@@ -5,8 +5,7 @@
 
 #include "millsim/sim.h"
 
-/* Is t the first rise (poly.h) of a polynomial that begins below zero? c[4] != 0, t or t_end
- * finite */
+/* Is t the first rise (poly.h) of c, which begins below zero? c[4] is not 0, t or t_end finite. */
 typedef bool mill_paranoid_opinion(const double c[5], double t_end, bool at_root, double t);
 
 /* By the roots in closed form, to 1e-9 of the terms; by GSL, true also if it finds no roots */

@@ -226,11 +226,9 @@ static struct mill_passing passing_of(const struct check *c, const struct march 
 {
     const bool flat = m->wall >= 0 && c->wall[m->wall].flat;
     const int ends = flat ? c->setup->surface[m->b->is->surface].ends : 0;
-    return (struct mill_passing){.one = number_of(c, m->a),
-                                 .other = number_of(c, m->b),
-                                 .kind = {m->a->is->kind, ends > 0 ? ends : m->b->is->kind},
-                                 .gap = gap,
-                                 .when = t};
+    const int kind = ends > 0 ? ends : m->b->is->kind;
+    return (struct mill_passing){
+        number_of(c, m->a), number_of(c, m->b), {m->a->is->kind, kind}, gap, t};
 }
 
 /* Of each two kinds of contact the narrowest place is kept, in the order of the gaps. */
@@ -327,12 +325,8 @@ static void check_walls(struct check *c, const struct side *a, const struct side
         const bool level = kept && w->flat && is_level(a, normal);
         const bool same =
             a->speed + b->speed == 0.0 || level || (kept && !w->flat && turns_about(a, b));
-        const struct march m = {.a = a,
-                                .b = b,
-                                .wall = k,
-                                .near = TOUCH * (a->size + b->size),
-                                .speed = same ? 0.0 : a->speed + (kept ? 0.0 : b->speed),
-                                .slides = level};
+        const double speed = same ? 0.0 : a->speed + (kept ? 0.0 : b->speed);
+        const struct march m = {a, b, k, TOUCH * (a->size + b->size), speed, level, 0.0};
         march(c, &m, same ? 0.0 : c->end, MILL_FAULT_OUTSIDE);
     }
 }

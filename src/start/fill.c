@@ -266,16 +266,15 @@ static enum mill_fault_code pack(struct pack *p)
     return code;
 }
 
-/* Leaves this part of each kind in `fewer`, rounded down but at least one. count: of each kind */
-static void thin_out(const struct mill_setup *setup, double part, struct mill_world *fewer,
-                     int32_t *count)
+/* Leaves this part of each kind in the world, rounded down but at least one. count: of each kind */
+static void thin_out(const struct mill_setup *s, double part, struct mill_world *w, int32_t *count)
 {
-    fewer->balls = 0;
-    for (int k = 0; k < setup->species; k++) {
-        const double left = floor(part * (double)setup->balls[k].count);
-        count[k] = setup->balls[k].count > 0 ? (int32_t)fmax(left, 1.0) : 0;
+    w->balls = 0;
+    for (int k = 0; k < s->species; k++) {
+        const double left = floor(part * (double)s->balls[k].count);
+        count[k] = s->balls[k].count > 0 ? (int32_t)fmax(left, 1.0) : 0;
         for (int32_t n = 0; n < count[k]; n++)
-            fewer->ball[fewer->balls++].species = (int16_t)k;
+            w->ball[w->balls++].species = (int16_t)k;
     }
 }
 

@@ -27,11 +27,6 @@ enum { MOST_SINGLES = 12 };
 #define FLOOR 0.03         /* of the speed of a fall through the charge */
 #define FLOOR_AT_REST 5e-3 /* [m/s] where nothing pushes the balls */
 
-static bool positive(double x)
-{
-    return x > 0.0 && x < (double)INFINITY;
-}
-
 /* A motion can only be carried by an earlier one. */
 static bool are_bodies_sound(const struct mill_setup *s)
 {
@@ -71,7 +66,8 @@ static bool is_sound(const struct mill_setup *s)
                 isfinite(s->horizon) && s->species > 0;
     for (int k = 0; good && k < s->species; k++) {
         const struct mill_setup_balls *b = &s->balls[k];
-        good = positive(b->diameter) && positive(b->density) && b->count >= 0;
+        good = b->diameter > 0.0 && isfinite(b->diameter) && b->density > 0.0 &&
+               isfinite(b->density) && b->count >= 0;
         balls += b->count;
     }
     for (int kind = 0; kind < MILL_KINDS + s->kinds; kind++) {

@@ -196,15 +196,10 @@ DOOR(mill_web_state) const double *mill_web_state(void)
     for (int k = 0; k < w->kinds.count; k++)
         impacts += (double)w->account.collisions[k];
     mill_world_balance(w, t, &error, &turnover);
-    const double head[HEAD] = {mill_sim_time(now.sim),
-                               impacts,
-                               energy.kinetic,
-                               energy.rotational,
-                               energy.potential,
-                               w->start.kinetic + w->start.rotational + w->start.potential,
-                               w->account.work,
-                               error,
-                               turnover};
+    const double time = mill_sim_time(now.sim), work = w->account.work;
+    const double start = w->start.kinetic + w->start.rotational + w->start.potential;
+    const double head[HEAD] = {time,  impacts, energy.kinetic, energy.rotational, energy.potential,
+                               start, work,    error,          turnover};
     memcpy(to, head, sizeof head);
     to += HEAD;
     for (int k = 0; k < kinds.count; k++)

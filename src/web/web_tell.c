@@ -104,16 +104,14 @@ static void tell_container(struct mill_sink_json *json, const struct mill_deck *
     const struct mill_setup_surface *body = deck->mill.container;
     const double kinds[2] = {listed.number[body ? body->kind : MILL_BALL_DRUM],
                              listed.number[body ? body->kind : MILL_BALL_WALL]};
-    const double gravity[3] = {world->g.x, world->g.y, world->g.z};
-    const vec3 x = mill_world_frame(world, 0).x;
-    const double axis[3] = {x.x, x.y, x.z};
-    mill_tell_array(sink, "axis", 3, axis, "1", "");
+    const vec3 axis = mill_world_frame(world, 0).x;
+    mill_tell_array(sink, "axis", 3, &axis.x, "1", "");
     mill_tell_number(sink, "carrier", c->motion ? c->motion->number : -1, "", "");
     mill_tell_array(sink, "box", 6, box, "m", "");
     mill_tell_array(sink, "container", 2, kinds, "", "");
     mill_tell_number(sink, "volume", c->volume, "m3", "");
     mill_tell_number(sink, "slice", c->period, "m", "");
-    mill_tell_array(sink, "gravity", 3, gravity, "", "");
+    mill_tell_array(sink, "gravity", 3, &world->g.x, "", "");
     mill_tell_number(sink, "period", world->period, "s", "");
     mill_tell_number(sink, "end", deck->observe.end, "s", "");
 }

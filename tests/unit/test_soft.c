@@ -194,9 +194,10 @@ static struct after run(const struct throw *t, bool soft, double until)
 static double duration(const struct throw *t)
 {
     struct mill_world *world = open_world(t, true);
-    struct mill_soft_spring *springs = mill_soft_springs(world);
+    struct mill_memory_pool memory = {.failed = false};
+    mill_soft_springs(world, &memory);
     const double lasts = world->soft_facts.duration;
-    mill_soft_springs_free(springs, world);
+    mill_memory_drop(&memory);
     mill_world_free(world);
     return lasts;
 }
