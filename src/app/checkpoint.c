@@ -4,10 +4,6 @@
 
 #include "store/version.h"
 
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
 #define PATH "/checkpoint"
 
 /* Carries fields to the file, or from it */

@@ -9,8 +9,6 @@
 #include "observe/observers.h"
 #include "observe/outline.h"
 
-#include <math.h>
-
 /* The trial ends after so many contacts, or later, if the rate changes: the same deck has the same
  * forecast of contacts and the same notes on any machine, slow or busy. Where contacts are rare, it
  * ends after so much time. */

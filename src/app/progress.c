@@ -8,7 +8,6 @@
 #include "app/record.h"
 
 #include <assert.h>
-#include <math.h>
 #include <string.h>
 #include <sys/ioctl.h>
 

@@ -11,9 +11,6 @@
 #include <errno.h>
 #include <gsl/gsl_version.h>
 #include <inttypes.h>
-#include <math.h>
-#include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 #include <sys/resource.h>
 #include <unistd.h>

@@ -7,7 +7,6 @@
 #include "millsim/world.h"
 #include "observe/sink.h"
 
-#include <stdio.h>
 #include <time.h>
 
 /* What a run has used so far, including the parts before --resume */

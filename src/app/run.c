@@ -9,9 +9,6 @@
 #include "store/draft.h"
 #include "store/version.h"
 
-#include <math.h>
-#include <stdlib.h>
-#include <string.h>
 #include <unistd.h>
 
 #define MOST_SHARE 0.02   /* maximum part of the wall time for checkpoints, for any interval */

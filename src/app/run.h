@@ -10,8 +10,6 @@
 #include "observe/observers.h"
 #include "proof/paranoid.h"
 
-#include <signal.h>
-
 /* What is to be run, and where output goes */
 struct mill_run_order {
     const struct mill_command *asked;

@@ -3,8 +3,6 @@
 
 #include <errno.h>
 #include <float.h>
-#include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 enum { TIME, KEEP, FRAME, ROWS = 17, ROW = 10 }; /* where they are in a sample */

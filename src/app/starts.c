@@ -5,9 +5,7 @@
 
 #include "base/random.h"
 
-#include <math.h>
 #include <sched.h>
-#include <stdlib.h>
 #include <unistd.h>
 
 #define MANY_BALLS 20000 /* from this number on, a single start uses all cores */

@@ -9,8 +9,6 @@
 #include "observe/observers.h"
 #include "observe/tally.h"
 
-#include <signal.h>
-
 struct mill_starts_one {
     unsigned long seed;
     struct mill_world *world;

@@ -4,10 +4,6 @@
 #include "app/summary.h"
 #include "observe/sink_json.h"
 
-#include <math.h>
-#include <stdlib.h>
-#include <string.h>
-
 enum { ABOVE_1 = 1 }; /* mill_world_fast[1] is 1 m/s */
 
 /* ---- accuracy of the results: for runs with run.precision ---- */

@@ -9,9 +9,6 @@
 #include "observe/observers.h"
 #include "observe/tally.h"
 
-#include <stdbool.h>
-#include <stdio.h>
-
 struct mill_summary {
     FILE *out;
     const struct mill_world *world; /* world and observers must be in the state of facts->time */

@@ -5,10 +5,7 @@
 #include "millsim/start.h"
 #include "observe/outline.h"
 
-#include <math.h>
 #include <stdarg.h>
-#include <stdlib.h>
-#include <string.h>
 
 enum { TEXT = 64, LISTED = 8 /* species */, MOMENTS = 60 /* of a period */ };
 

@@ -5,9 +5,6 @@
 #include "millsim/state.h"
 #include "observe/sink.h"
 
-#include <stddef.h>
-#include <stdlib.h>
-
 #define PAIR "; by species of the ball, and between balls by that of the other, which is no lower"
 #define BINS(member)                                                                               \
     offsetof(struct mill_energies_pair, member), MILL_ENERGIES_BINS,                               \

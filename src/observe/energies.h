@@ -10,9 +10,6 @@
 #include "observe/kinds.h"
 #include "observe/precision.h"
 
-#include <stdbool.h>
-#include <string.h>
-
 enum {
     MILL_ENERGIES_LOWEST = -44, /* bins from 2^-44 mJ = 5.7e-17 J */
     MILL_ENERGIES_HIGHEST = 20, /* to 2^20 mJ = 1049 J */

@@ -11,7 +11,6 @@
 #include "store/version.h"
 
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 #define GROUP "/particles/trajectory"

@@ -8,9 +8,6 @@
 #include "geometry/body.h"
 #include "geometry/shape.h"
 
-#include <math.h>
-#include <stdlib.h>
-
 enum {
     RINGS = MILL_MAPS_RINGS,
     FEWEST_SLICES = 4,

@@ -7,10 +7,6 @@
 #include "millsim/observer.h"
 #include "observe/sums.h"
 
-#include <stdbool.h>
-#include <stddef.h>
-#include <stdint.h>
-
 /* Maximum number of cells along an axis; cells along r; maximum number of cells of a map */
 enum { MILL_MAPS_LONGEST = 400, MILL_MAPS_RINGS = 30, MILL_MAPS_MOST = 400 * 30 };
 

@@ -7,9 +7,6 @@
 #include "base/elementary.h"
 #include "geometry/body.h"
 
-#include <assert.h>
-#include <math.h>
-
 #define FINEST 1.0 /* relative to a cell's width: smaller pieces are not halved */
 
 /* The walls of the container */

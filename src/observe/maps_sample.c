@@ -6,9 +6,6 @@
  * into vector instructions; then the balls are added to the cells one after the other. */
 #include "observe/maps.h"
 
-#include <math.h>
-#include <stdbool.h>
-
 enum {
     BLOCK = 32, /* balls */
     /* the places of this many balls are computed at a time; their number is rounded up to it */

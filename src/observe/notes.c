@@ -4,10 +4,8 @@
 
 #include "geometry/shape.h"
 
-#include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
-#include <string.h>
 
 /* Down to these restitutions, beds with friction have been compared with soft spheres
  * (validation/referee, validation/dem). In a drum with bars, 30 % full, power, kinetic energy and

@@ -3,8 +3,6 @@
 
 #include "observe/tally.h"
 
-#include <assert.h>
-
 extern const struct mill_observing mill_reliefs_type, mill_frames_type, mill_series_type,
     mill_impactlog_type;
 

@@ -1,8 +1,6 @@
 /* A single observer, of any type */
 #include "observe/observers.h"
 
-#include <stdlib.h>
-
 struct mill_observer *mill_observers_one(const struct mill_observing *type,
                                          const struct mill_observe *asked,
                                          const struct mill_world *world, struct mill_error *error)

@@ -14,8 +14,6 @@
 #include "observe/precision.h"
 
 #include <assert.h>
-#include <math.h>
-#include <stdlib.h>
 
 /* [s] Lengths of a batch. A charge needs more than `shortest` to change. A motion with a period
  * longer than `standing` is treated as standing still. */

@@ -8,10 +8,6 @@
 #include "observe/spectrum.h"
 #include "observe/spread.h"
 
-#include <stdbool.h>
-#include <stddef.h>
-#include <stdint.h>
-
 enum {
     MILL_PRECISION_BATCHES = MILL_SPREAD_MOST, /* maximum number */
     /* the same of each of several starts; portions of 48, 64 or 96 batches fit into it */

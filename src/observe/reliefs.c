@@ -4,9 +4,6 @@
 #include "observe/observers.h"
 #include "observe/sums.h"
 
-#include <math.h>
-#include <stdlib.h>
-
 enum { MOST = 100000 /* rows */ };
 
 struct row {

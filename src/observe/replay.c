@@ -5,8 +5,6 @@
 
 #include "observe/tally.h"
 
-#include <stdlib.h>
-
 /* [s] rounding: a state may be farther from a sample by this than the limit */
 #define ROUNDING 1e-12
 

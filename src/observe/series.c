@@ -8,7 +8,6 @@
 #include "observe/kinds.h"
 #include "store/h5.h"
 
-#include <stddef.h>
 #include <stdio.h>
 
 /* Sources of the values */

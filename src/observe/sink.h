@@ -5,7 +5,6 @@
 
 #include "store/h5.h"
 
-#include <stdbool.h>
 #include <stdlib.h>
 
 struct mill_sink {

@@ -6,8 +6,6 @@
 
 #include "base/elementary.h"
 
-#include <math.h>
-
 /* 20^(1/152) as a sum of two doubles, to 106 bits */
 static const double ratio = 0x1.05187226d4515p+0, ratio_rest = 0x1.780f2c237233dp-54;
 

@@ -5,7 +5,6 @@
 #include "millsim/world.h"
 #include "observe/sums.h"
 
-#include <stdint.h>
 #include <string.h>
 
 enum {

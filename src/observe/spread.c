@@ -16,7 +16,6 @@
 
 #include <assert.h>
 #include <math.h>
-#include <stdbool.h>
 
 /* Relative to a mean: smaller scatter is rounding */
 static const double rounding = 1e-9;

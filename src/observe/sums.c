@@ -4,9 +4,7 @@
 #include "base/memory.h"
 #include "millsim/state.h"
 
-#include <assert.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 bool mill_sums_make(struct mill_sums *sums, const struct mill_sums_list *list, size_t count)

@@ -6,8 +6,6 @@
 
 #include "observe/sink.h"
 
-#include <stddef.h>
-
 struct mill_state;
 
 /* A number of a record, or a row of n numbers that are `step` bytes apart */

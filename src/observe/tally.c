@@ -7,9 +7,7 @@
 
 #include "millsim/state.h"
 
-#include <math.h>
 #include <stdio.h>
-#include <string.h>
 
 /* ---- the start of the window ----
  *

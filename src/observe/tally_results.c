@@ -3,9 +3,6 @@
  * tally_results_tell.c writes them. */
 #include "observe/tally.h"
 
-#include <math.h>
-#include <stdlib.h>
-
 const double mill_tally_level[MILL_TALLY_LEVELS] = {0.01, 0.05, 0.1,  0.25, 0.5,
                                                     0.75, 0.9,  0.95, 0.99, 0.999};
 enum { MEDIAN = 4 };

@@ -2,7 +2,6 @@
 #include "observe/sink.h"
 #include "observe/tally.h"
 
-#include <math.h>
 #include <stdio.h>
 
 #define SPEED(member, n) MILL_H5_F64, offsetof(struct mill_tally_speed, member), n, sizeof(double)

@@ -13,7 +13,6 @@
 #include "observe/wear.h"
 
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 #define ROOT "/VTKHDF"

@@ -14,7 +14,6 @@
 #include "observe/outline.h"
 #include "observe/sink.h"
 
-#include <stdlib.h>
 #include <string.h>
 
 #define FACET(member) offsetof(struct mill_wear_sum, member), 0, 0

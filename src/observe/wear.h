@@ -9,9 +9,6 @@
 #include "observe/pieces.h"
 #include "observe/sums.h"
 
-#include <math.h>
-#include <stdint.h>
-
 /* ---- facets (wear_facets.c) ---- */
 
 /* The facets of a mill: each surface is divided into what lies in one cell of a lattice and faces

@@ -8,8 +8,6 @@
 #include "geometry/contour.h"
 #include "observe/outline.h"
 
-#include <stdlib.h>
-
 enum {
     USUAL = 2000,   /* facets of a mill, about */
     FEWEST = 300,   /* facets of a part, about, */
