@@ -23,7 +23,6 @@ struct stream {
     char type[TYPE + 1]; /* of the present record; "": end of the stream */
     uint64_t length;     /* [bytes] length of the present record's contents */
     char *bytes;         /* the contents, followed by a 0 */
-    size_t room;
 };
 
 struct digest {
@@ -83,10 +82,8 @@ static enum mill_status begin_stream(struct digest *d)
     const enum mill_status status = fill(d, line, sizeof magic - 1, &got);
     if (status != MILL_OK || strcmp(line, magic) == 0)
         return status;
-    return mill_error_set(d->error, MILL_BAD_DECK,
-                          "standard input: is not a stream of a run: expected the line '%.*s' "
-                          "first (docs/file-format.md)",
-                          (int)sizeof magic - 2, magic);
+    return mill_error_set(d->error, MILL_BAD_DECK, "standard input: is not a stream of a run: %s",
+                          "expected the line 'millsim stream 1' first (docs/file-format.md)");
 }
 
 static enum mill_status tell_cut(struct digest *d)
@@ -122,15 +119,12 @@ static enum mill_status read_record(struct digest *d)
 {
     struct stream *s = &d->stream;
     size_t got;
-    if (s->length >= s->room) {
-        char *bytes = realloc(s->bytes, s->length + 1);
-        if (!bytes)
-            return mill_error_set(d->error, MILL_FAILED,
-                                  "standard input: record %" PRIu64 " (%s): out of memory",
-                                  s->records, s->type);
-        s->bytes = bytes;
-        s->room = s->length + 1;
-    }
+    char *bytes = realloc(s->bytes, s->length + 1);
+    if (!bytes)
+        return mill_error_set(d->error, MILL_FAILED,
+                              "standard input: record %" PRIu64 " (%s): out of memory", s->records,
+                              s->type);
+    s->bytes = bytes;
     const enum mill_status status = fill(d, s->bytes, s->length, &got);
     if (status != MILL_OK)
         return status;
@@ -224,23 +218,10 @@ static enum mill_status take_end(struct digest *d)
     return mill_replay_end(&d->replay, time, &d->why);
 }
 
-enum record {
-    BEGIN,
-    FACT,
-    STATE,
-    IMPACTS,
-    ACCOUNT,
-    PUBLISH,
-    END,
-    SPRINGS,
-    SAMPLE,
-    PART,
-    ASK,
-    UNKNOWN
-};
+enum type { BEGIN, FACT, STATE, IMPACTS, ACCOUNT, PUBLISH, END, SPRINGS, SAMPLE, PART, ASK, NONE };
 
 /* Does what the record says. Faults of the record are in d->why. */
-static enum mill_status take(struct digest *d, enum record what)
+static enum mill_status take(struct digest *d, enum type what)
 {
     const void *bytes = d->stream.bytes;
     const double *values = bytes;
@@ -276,27 +257,24 @@ static enum mill_status take(struct digest *d, enum record what)
 static enum mill_status take_record(struct digest *d, bool *over)
 {
     const uint64_t f8 = sizeof(double), row = sizeof(struct mill_replay_impact);
-    const uint64_t state = f8 * (1 + 9 * (uint64_t)d->world->balls);
-    const uint64_t sample = f8 * mill_samples_length(d->world);
-    const uint64_t springs = f8 * mill_samples_springs_length(d->world);
-    const uint64_t account = f8 * 2 * (uint64_t)(1 + d->world->motions + d->world->kinds.count);
+    const struct mill_world *w = d->world;
     const struct {
         const char *type;
-        uint64_t least, step, most; /* [byte] */
-    } known[] = {[BEGIN] = {"begin", 5 * f8, 1, 5 * f8},
-                 [FACT] = {"fact", 6, 1, 1 << 20},
-                 [STATE] = {"state", state, 1, state},
-                 [IMPACTS] = {"impacts", 0, row, row << 20},
-                 [ACCOUNT] = {"account", account, 1, account},
-                 [PUBLISH] = {"publish", 0, 1, 0},
-                 [END] = {"end", f8 + 6, 1, f8 + 8},
-                 [SPRINGS] = {"springs", springs, 1, springs},
-                 [SAMPLE] = {"sample", sample, 1, sample},
-                 [PART] = {"part", 0, 1, 0},
-                 [ASK] = {"ask", 0, 1, 0}},
+        uint64_t least, more, step; /* [byte] up to so many more, in steps */
+    } known[] = {[BEGIN] = {"begin", 5 * f8, 0, 1},
+                 [FACT] = {"fact", 6, (1 << 20) - 6, 1},
+                 [STATE] = {"state", f8 * (1 + 9 * (uint64_t)w->balls), 0, 1},
+                 [IMPACTS] = {"impacts", 0, row << 20, row},
+                 [ACCOUNT] = {"account", f8 * mill_replay_length(w), 0, 1},
+                 [PUBLISH] = {"publish", 0, 0, 1},
+                 [END] = {"end", f8 + 6, 2, 1},
+                 [SPRINGS] = {"springs", f8 * mill_samples_springs_length(w), 0, 1},
+                 [SAMPLE] = {"sample", f8 * mill_samples_length(w), 0, 1},
+                 [PART] = {"part", 0, 0, 1},
+                 [ASK] = {"ask", 0, 0, 1}},
       *r = known;
     const struct stream *s = &d->stream;
-    enum record what = BEGIN;
+    enum type what = BEGIN;
     enum mill_status status = next_record(d);
     if (status != MILL_OK)
         return status;
@@ -304,20 +282,19 @@ static enum mill_status take_record(struct digest *d, bool *over)
         return mill_error_set(
             d->error, MILL_FAILED,
             "standard input: ends without the record 'end', after %" PRIu64 " records", s->records);
-    while (what < UNKNOWN && strcmp(known[what].type, s->type) != 0)
+    while (what < NONE && strcmp(known[what].type, s->type) != 0)
         what++;
-    if (what == UNKNOWN || (what == BEGIN) == d->begun)
+    if (what == NONE || (what == BEGIN) == d->begun)
         return refuse(d, MILL_FAILED,
-                      what == UNKNOWN ? "unknown record"
-                      : d->begun      ? "a second record of this type"
-                                      : "expected the record 'begin' first");
+                      what == NONE ? "unknown record"
+                      : d->begun   ? "a second record of this type"
+                                   : "expected the record 'begin' first");
     r += what;
-    if (s->length < r->least || s->length > r->most || (s->length - r->least) % r->step != 0) {
+    const uint64_t more = s->length - r->least; /* beyond r->more if there are too few */
+    if (more > r->more || more % r->step != 0) {
+        const char *rest = r->step > 1 ? " for each impact, 2^20 impacts at most" : " or some more";
         mill_error_set(&d->why, MILL_FAILED, "%" PRIu64 " bytes: expected %" PRIu64 "%s", s->length,
-                       r->step > 1 ? r->step : r->least,
-                       r->step > 1          ? " for each impact, 2^20 impacts at most"
-                       : r->most > r->least ? " or some more"
-                                            : "");
+                       r->step > 1 ? r->step : r->least, r->more > 0 ? rest : "");
         return refuse(d, MILL_FAILED, d->why.text);
     }
     status = read_record(d);

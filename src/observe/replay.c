@@ -93,7 +93,7 @@ static void place_balls(struct mill_replay *r, double time)
     }
 }
 
-static size_t length_of(const struct mill_world *w)
+size_t mill_replay_length(const struct mill_world *w)
 {
     return 2 * (size_t)(1 + w->motions + w->kinds.count);
 }
@@ -107,7 +107,7 @@ static void set_account(struct mill_replay *r, double time)
     const double share = step > 0 ? (time - r->before[0]) / step : 1.0;
     double now[MILL_REPLAY_ACCOUNT] = {0};
     const double *motion = now + 2, *loss = motion + 2 * w->motions;
-    for (size_t i = 0; i < length_of(w); i++)
+    for (size_t i = 0; i < mill_replay_length(w); i++)
         now[i] = share == 1.0 ? r->last[i] : r->before[i] + share * (r->last[i] - r->before[i]);
     a->elastic = now[1];
     a->work = 0.0;
@@ -313,7 +313,7 @@ enum mill_status mill_replay_account(struct mill_replay *r, const double *accoun
                                      struct mill_error *error)
 {
     struct mill_world *w = r->world;
-    const size_t count = length_of(w);
+    const size_t count = mill_replay_length(w);
     for (size_t i = 0; i < count; i++)
         if (isinf(account[i]))
             return mill_error_set(error, MILL_FAILED,
