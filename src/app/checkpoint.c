@@ -1,7 +1,6 @@
 /* A state can be read only by the build that wrote it: its structs are stored as they are, as words
  * of 8 bytes. A hash of sources, flags and compiler identifies the build. */
-#include "app/checkpoint.h"
-
+#include "app/starts.h"
 #include "store/version.h"
 
 #define PATH "/checkpoint"

@@ -29,15 +29,14 @@ enum mill_option {
 };
 
 struct mill_command {
-    /* value of each option; "": given without a value; NULL: not given */
-    const char *given[MILL_OPTIONS];
-    const char **set, **value; /* all values of --set; all values of --value */
+    const char *given[MILL_OPTIONS]; /* values; "": given without a value; NULL: not given */
+    const char **set, **value;       /* all values of --set; all values of --value */
     int sets, values;
     const char *deck; /* NULL: no run was asked for */
     char *line;       /* the command line, quoted for a shell */
-    /* the file to be written: as given, or "some/mill.ini" -> "mill.h5". A path that does not fit
-     * is refused */
-    char output[4104]; /* longer than any path that the system accepts */
+    /* the file to be written: as given, or "some/mill.ini" -> "mill.h5"; longer than any path that
+     * the system accepts */
+    char output[4104];
 };
 
 /* Reads the arguments. MILL_BAD_DECK: the error says what is wrong. */

@@ -1,7 +1,6 @@
 /* The deck gives the mill, the balls and the motions. The stream on standard input gives states,
  * impacts, works and losses, as records: a type, a length, and that many bytes. The observers
  * process both as in a run. docs/file-format.md describes the stream. */
-#include "app/facts.h"
 #include "app/run.h"
 #include "app/samples.h"
 #include "observe/replay.h"

@@ -1,8 +1,6 @@
 /* A list of facts by name. Each keeps its record in one block of memory. */
-#include "app/facts.h"
+#include "app/record.h"
 
-#include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 enum { MOST = 1000, LONGEST = 120, PARTS = 4 };
@@ -93,11 +91,11 @@ enum mill_status mill_facts_take(struct mill_facts_list *facts, const char *byte
     memcpy(own, bytes, length);
     own[length] = '\0';
     if (!parse(&fact, own, length) || facts->count >= MOST)
-        status =
-            mill_error_set(error, MILL_FAILED,
-                           "'%.40s': expected the name of a value of /run that millsim does not "
-                           "write itself, unit, meaning, type (f8, u8 or text) and value",
-                           own);
+        status = mill_error_set(error, MILL_FAILED,
+                                "'%.40s': expected the name of a value of /run "
+                                "that millsim does not write itself, unit, meaning, type (f8, u8 "
+                                "or text) and value",
+                                own);
     else if (!keep(facts, &fact))
         status = mill_error_set(error, MILL_FAILED, "out of memory");
     if (status != MILL_OK)
@@ -122,16 +120,15 @@ enum mill_status mill_facts_check(const struct mill_facts_list *facts, struct mi
     return MILL_OK;
 }
 
-void mill_facts_write(const struct mill_facts_list *facts, struct mill_h5 *file, const char *except)
+void mill_facts_write(const struct mill_facts_list *facts, struct mill_h5 *file, const char *but)
 {
     for (const struct mill_fact *f = facts->fact; f < facts->fact + facts->count; f++) {
+        const bool text = f->type == MILL_H5_TEXT;
+        const void *value = text ? (const void *)&f->text : &f->bits;
         char path[LONGEST + 8];
         snprintf(path, sizeof path, "/run/%s", f->name);
-        if (strcmp(f->name, except) == 0)
-            continue;
-        const bool text = f->type == MILL_H5_TEXT;
-        mill_h5_write(file, path, f->type, 0, NULL, text ? (const void *)&f->text : &f->bits,
-                      text ? "" : f->unit, f->meaning);
+        if (strcmp(f->name, but) != 0)
+            mill_h5_write(file, path, f->type, 0, NULL, value, text ? "" : f->unit, f->meaning);
     }
 }
 

@@ -33,11 +33,9 @@ struct mill_progress_display {
     bool begun;        /* the tasks before the run are finished */
     const char *state; /* last one written as JSON; NULL: none yet */
     int shown;         /* width of the line on the terminal now; 0: none */
-    /* [s] began: wall time when the display was made. stage, run: time from then to the last task
-     * and to the start of the run */
-    double began, stage, run;
-    /* [s] wall time of the next plain line; time to the one after it */
-    double due, gap;
+    double began;      /* [s] wall time when the display was made */
+    double stage, run; /* [s] from then to the last task, and to the start of the run */
+    double due, gap;   /* [s] wall time of the next plain line; time to the one after it */
     struct mill_progress then[2]; /* older states, for computing rates */
 };
 
@@ -48,15 +46,14 @@ void mill_progress_init(struct mill_progress_display *display, FILE *out,
 /* Shows `now` if it is time for a new report. */
 void mill_progress_show(struct mill_progress_display *display, const struct mill_progress *now);
 
-/* The same for a task before or after the run. Suitable as mill_start_watch.tell, with the display
- * as self. */
+/* The same for a task before or after the run; a mill_start_watch.tell, with the display as self */
 void mill_progress_stage(void *display, const char *what, int32_t done, int32_t all);
 
 /* Ends the line on the terminal. To be called before any other output. */
 void mill_progress_end(struct mill_progress_display *display);
 
-/* Writes one line without newline, of at most `width` characters. Fields that do not fit are left
- * out. */
+/* Writes a line without newline, of at most `width` characters, without the fields that do not fit
+ */
 void mill_progress_format(const struct mill_progress *then, const struct mill_progress *now,
                           int width, char line[MILL_PROGRESS_LINE]);
 

@@ -2,7 +2,6 @@
 #ifndef MILL_RECORD_H
 #define MILL_RECORD_H
 
-#include "app/facts.h"
 #include "deck/deck.h"
 #include "millsim/world.h"
 #include "observe/sink.h"
@@ -16,40 +15,44 @@ struct mill_record_cost {
     uint64_t checkpoints; /* number of checkpoints */
 };
 
-/* Sums over the whole run; `local` is the present time */
+/* Sums over the whole run */
 struct mill_totals {
     uint64_t contacts, anomalies;
-    struct mill_energy energy; /* now */
-    /* [J] turnover: the energy that the balance error is relative to */
-    double dissipation, balance_error, turnover;
+    struct mill_energy energy;                   /* now */
+    double dissipation, balance_error, turnover; /* [J] the error is relative to the turnover */
 };
+
+/* What another program says of its run, numbers and texts for /run, with unit and meaning (facts.c)
+ */
+struct mill_facts_list {
+    size_t count;
+    struct mill_fact *fact;
+};
+
 /* Progress of a run, or how it ended */
 struct mill_facts {
     const char *status; /* "running", "complete", "stopped" (by a signal), "failed" */
-    /* Why the run ended, if that can be other than its time: "time", "precision", "max_collisions";
-     * "none" before the end. Otherwise NULL */
+    /* "time", "precision", "max_collisions"; "none" before the end; NULL: only time can end it */
     const char *ended_by;
     double time, local; /* [s] simulated time reached; the same as local time of the world */
     struct mill_record_cost cost;
-    int threads; /* used by the run */
-    int starts;
-    struct mill_totals totals; /* of all starts */
-    double peak_memory;        /* [byte] */
-    const char *deck, *output; /* paths as given */
-    const char *version;       /* of millsim */
-    /* what another program says of its run; NULL: it is millsim's own */
-    const struct mill_facts_list *foreign;
+    int threads, starts;                   /* used by the run */
+    struct mill_totals totals;             /* of all starts */
+    double peak_memory;                    /* [byte] */
+    const char *deck, *output;             /* paths as given */
+    const char *version;                   /* of millsim */
+    const struct mill_facts_list *foreign; /* of another program's run; NULL: it is millsim's own */
 };
 
+/* local: the present time of the world */
 struct mill_totals mill_record_add(const struct mill_world *world, double local);
 
-/* Writes what is known before the first event. /deck: every entry of the deck with all defaults as
- * a text /deck/SECTION/KEY, and the whole deck as /deck/text, which is itself a deck. /run:
- * version, compiler, flags, libraries, command (the quoted line), started (UTC, ISO 8601), status
- * "running". */
+/* Writes what is known before the first event: /deck, and in /run version, compiler, flags,
+ * libraries, command (the quoted line), started (UTC, ISO 8601), status "running". */
 void mill_record_start(struct mill_h5 *file, const struct mill_deck *deck, const char *command);
 
-/* Writes /deck only: for a run that is resumed, in place of the earlier one */
+/* Writes /deck, in place of an earlier one: every entry with all defaults as a text SECTION/KEY,
+ * and the whole deck as `text`, which is itself a deck. */
 void mill_record_deck(struct mill_h5 *file, const struct mill_deck *deck);
 
 /* Compares the deck with that of the file's run. MILL_BAD_DECK: they differ, and the error names
@@ -76,8 +79,26 @@ void mill_record_name(FILE *out, const char *name);
 /* Peak resident memory of this process [byte]. */
 double mill_record_peak_memory(void);
 
-/* [s] CLOCK_MONOTONIC: wall time since an arbitrary moment; CLOCK_PROCESS_CPUTIME_ID: processor
- * time */
+/* [s] CLOCK_MONOTONIC: wall time since some moment; CLOCK_PROCESS_CPUTIME_ID: processor time */
 double mill_record_clock(clockid_t clock);
+
+/* ---- facts (facts.c) ---- */
+
+#define MILL_FACTS_PART "normal" /* the part of the loss in a single impact that is known of it */
+
+/* Adds a fact from a record: name, unit, meaning, type ("f8", "u8", "text"), each followed by a 0,
+ * and the value. Replaces an earlier fact of this name. MILL_FAILED: the record is no fact. */
+enum mill_status mill_facts_take(struct mill_facts_list *facts, const char *bytes, size_t length,
+                                 struct mill_error *error);
+
+/* The text of a fact, or "" */
+const char *mill_facts_text(const struct mill_facts_list *facts, const char *name);
+
+/* MILL_FAILED: a fact that every file needs is missing. */
+enum mill_status mill_facts_check(const struct mill_facts_list *facts, struct mill_error *error);
+
+/* Writes all facts to /run but that of one name. */
+void mill_facts_write(const struct mill_facts_list *facts, struct mill_h5 *file, const char *but);
+void mill_facts_free(struct mill_facts_list *facts);
 
 #endif

@@ -1,8 +1,7 @@
-/* A run: deck -> world -> event loop -> observers -> HDF5 file -> summary. Only this file connects
- * all of these. */
+/* A run: deck -> world -> event loop -> observers -> HDF5 file -> summary. Only here all are known.
+ */
 #include "app/run.h"
 
-#include "app/checkpoint.h"
 #include "app/forecast.h"
 #include "app/starts.h"
 #include "app/summary.h"
@@ -25,15 +24,12 @@ struct run {
     struct mill_starts starts;
     struct mill_starts_one *first; /* its frames and time series are those of the file */
     struct mill_h5 *file;
-    bool resumes; /* there is a state to continue from */
-    /* the end is reached; the file may still have to be finished */
-    bool complete;
-    double due; /* [s] wall time of the next checkpoint */
-    /* of earlier parts of a resumed run; checkpoints also of this part */
-    struct mill_record_cost cost;
-    bool saved; /* there is a checkpoint to resume from */
-    /* what --resume found; it is printed when the file is locked */
-    struct mill_error note;
+    bool resumes;                 /* there is a state to continue from */
+    bool complete;                /* the end is reached; the file may still have to be finished */
+    double due;                   /* [s] wall time of the next checkpoint */
+    struct mill_record_cost cost; /* of parts before --resume; checkpoints also of this part */
+    bool saved;                   /* there is a checkpoint to resume from */
+    struct mill_error note;       /* what --resume found, to be printed when the file is locked */
 };
 
 /* Prints the note once. */
@@ -157,10 +153,10 @@ static void show(const struct run *r, bool begins, const char *state)
 /* Notes what the run will cost, if that is probably more than was meant. */
 static void note_cost(struct run *r)
 {
-    const double interval = r->deck->observe.frames,
-                 frames = interval > 0 ? r->deck->observe.end / interval : 0;
-    const struct mill_energies *energies =
-        &mill_observers_tally(&r->first->observers)->plan.energies;
+    const double interval = r->deck->observe.frames, end = r->deck->observe.end;
+    const double frames = interval > 0 ? end / interval : 0;
+    const struct mill_tally *tally = mill_observers_tally(&r->first->observers);
+    const struct mill_energies *energies = &tally->plan.energies;
     if (frames > 1e6) /* probably a mistake in a unit */
         mill_error_set(&r->note, MILL_OK, "output.frames = %g s makes %.3g frames, %.3g GB or more",
                        interval, frames, frames * r->first->world->balls * 9 * sizeof(float) / 1e9);
@@ -323,9 +319,8 @@ static bool goes_on(void *self, double done, double all)
 }
 
 /* Ends the run: writes everything to the file, then publishes and closes it, also after a stop or a
- * failure. /VTKHDF, which only a finished file has, may take minutes if there are many frames.
- * Results and state are then published before it, so that --resume can add it. MILL_STOPPED:
- * --resume has to add it. */
+ * failure. /VTKHDF, which only a finished file has, may take minutes if there are many frames. Then
+ * results and state are published before it. MILL_STOPPED: --resume has to add it. */
 static enum mill_status conclude(struct run *r, enum mill_status ended, struct mill_error *error)
 {
     const struct mill_going going = {goes_on, r};

@@ -31,9 +31,8 @@ enum mill_status mill_run(struct mill_run_order *order);
 
 /* --digest: reads another program's run as a stream from standard input to its end and makes an
  * output file like that of millsim's own runs. MILL_BAD_DECK: the stream is of another mill, or is
- * no such stream; nothing is written. MILL_FAILED: the stream is cut off or contains impossible
- * values; the file then holds everything up to the last account. MILL_STOPPED: the same after a
- * signal. */
+ * no such stream; nothing is written. MILL_FAILED: it is cut off or contains impossible values; the
+ * file then holds everything up to the last account. MILL_STOPPED: the same after a signal. */
 enum mill_status mill_digest(struct mill_run_order *order);
 
 /* Writes all results of either: those of the observers, and /run. */

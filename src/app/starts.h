@@ -62,8 +62,29 @@ bool mill_starts_extend(struct mill_starts *starts);
 /* Tells the statistics of the first start which others are as far as it: results are of these. */
 void mill_starts_join(struct mill_starts *starts);
 
-/* The world of the first start, with accounts and counts of all starts; it owns nothing. *totals:
- * sums over all */
+/* The world of the first start, with accounts and counts of all; it owns nothing. *totals: sums */
 struct mill_world mill_starts_sum(const struct mill_starts *starts, struct mill_totals *totals);
+
+/* ---- their state in the output file (checkpoint.c), from which --resume continues ----
+ *
+ * The datasets /checkpoint/OWNER/FIELD, with checksums of HDF5. The file is published as a whole,
+ * so state and results always belong to the same moment. The state is written from where it is in
+ * memory and read back to there, so that no run holds it twice. */
+void mill_checkpoint_write(struct mill_starts *starts, struct mill_record_cost *cost,
+                           struct mill_h5 *file);
+
+/* Removes the state, if there is one. */
+void mill_checkpoint_remove(struct mill_h5 *file);
+
+/* *found: the file has a state, and this build of the program wrote it. MILL_FAILED: another build
+ * wrote it. name: of the file, for messages. */
+enum mill_status mill_checkpoint_find(struct mill_h5 *file, const char *name, bool *found,
+                                      struct mill_error *error);
+
+/* Loads the state into starts of the same deck that have not run. After a failure they are spoilt.
+ */
+enum mill_status mill_checkpoint_load(struct mill_starts *starts, struct mill_record_cost *cost,
+                                      struct mill_h5 *file, const char *name,
+                                      struct mill_error *error);
 
 #endif

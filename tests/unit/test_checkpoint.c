@@ -1,7 +1,7 @@
 /* Claims about /checkpoint: the state of a run comes back from the file as it was put there, and
  * whatever is not the whole state of this build is refused with a line that says what it is. */
 #define H5Dread_chunk_vers 1 /* HDF5 2 has a second version with one argument more */
-#include "app/checkpoint.h"
+#include "app/starts.h"
 #include "observe/tally.h"
 #include "sim_fixture.h"
 

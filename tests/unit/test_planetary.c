@@ -1,5 +1,5 @@
 /* What the observers tell of a mill of bodies and motions: every kind, every motion, every pose. */
-#include "app/checkpoint.h"
+#include "app/starts.h"
 #include "app/summary.h"
 #include "planetary.h"
 #include "unit.h"
