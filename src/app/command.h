@@ -34,8 +34,7 @@ struct mill_command {
     int sets, values;
     const char *deck; /* NULL: no run was asked for */
     char *line;       /* the command line, quoted for a shell */
-    /* the file to be written: as given, or "some/mill.ini" -> "mill.h5"; longer than any path that
-     * the system accepts */
+    /* the file to be written, as given, or "some/mill.ini" -> "mill.h5"; longer than any path */
     char output[4104];
 };
 

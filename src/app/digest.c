@@ -51,8 +51,7 @@ static enum mill_status refuse(struct digest *d, enum mill_status status, const 
                           d->stream.type, why);
 }
 
-/* Reads bytes; while there is no input, it checks for a signal. *got: number of bytes; less than
- * `count` at the end of the stream */
+/* Reads bytes, and looks for a signal while there are none. *got < count: the stream has ended */
 static enum mill_status fill(struct digest *d, char *to, size_t count, size_t *got)
 {
     const volatile sig_atomic_t *stop = d->order->stop;

@@ -76,8 +76,7 @@ static void warn(const char *line)
     fprintf(stderr, "millsim: warning: %s\n", line);
 }
 
-/* Checks that neither the output nor the temporary files next to it are an input, also under
- * another name. */
+/* Checks that neither the output nor its temporary files are an input, also by another name. */
 static enum mill_status check_inputs(const struct mill_run_order *o, const char *mend)
 {
     const struct mill_deck *deck = o->deck;
@@ -213,8 +212,7 @@ static enum mill_status make_start(struct mill_run_order *o, FILE *aside)
             tell_forecast(o->deck, world, aside);
         }
     } else if (status == MILL_OK) {
-        /* signals must wait: writing takes only a moment, and a signal would leave the unfinished
-         * file */
+        /* signals must wait: the writing takes a moment, and they would leave an unfinished file */
         begun = 1;
         status = mill_record_export(world, a->deck, a->output, a->given[MILL_FORCE], o->error);
     }
@@ -262,8 +260,7 @@ static enum mill_status act(const struct mill_command *a, FILE *page, FILE *asid
     return status;
 }
 
-/* Prints text with control characters replaced, because names of files may contain them. false: the
- * disk is full or the pipe closed. */
+/* Prints text without control characters, which names of files may contain. false: it failed. */
 static bool put(const char *text)
 {
     errno = 0;
@@ -298,8 +295,7 @@ int main(int argc, char **argv)
     catch_signals();
     gsl_set_error_handler_off(); /* GSL's own handler would abort the program */
 #ifdef M_MMAP_THRESHOLD
-    /* otherwise glibc keeps the memory that packing the balls needed: half the memory of a large
-     * run */
+    /* else glibc keeps the memory for packing the balls: half the memory of a large run */
     mallopt(M_MMAP_THRESHOLD, 1 << 20);
 #endif
     FILE *page = open_memstream(&text, &size), *aside = open_memstream(&remarks, &length);

@@ -78,8 +78,7 @@ void mill_progress_format(const struct mill_progress *then, const struct mill_pr
     snprintf(line, room + 1, "%s", whole);
 }
 
-/* The words are fixed and need no escapes. Tasks before and after the run count balls or frames,
- * not simulated time. */
+/* The words need no escapes. Tasks before and after the run count balls or frames, not time. */
 static void show_object(struct mill_progress_display *display, const struct mill_progress *now)
 {
     const struct mill_progress *then = &display->then[0];

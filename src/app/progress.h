@@ -52,8 +52,7 @@ void mill_progress_stage(void *display, const char *what, int32_t done, int32_t 
 /* Ends the line on the terminal. To be called before any other output. */
 void mill_progress_end(struct mill_progress_display *display);
 
-/* Writes a line without newline, of at most `width` characters, without the fields that do not fit
- */
+/* Writes a line without newline, of at most `width` characters, without fields that do not fit */
 void mill_progress_format(const struct mill_progress *then, const struct mill_progress *now,
                           int width, char line[MILL_PROGRESS_LINE]);
 

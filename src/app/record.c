@@ -188,8 +188,7 @@ void mill_record_tell(const struct mill_world *world, const struct mill_facts *f
 
 double mill_record_peak_memory(void)
 {
-    /* on Linux, ru_maxrss includes the process before exec, so first ask for the peak of this
-     * program itself */
+    /* on Linux, ru_maxrss includes the process before exec: first ask for our own peak */
     FILE *status = fopen("/proc/self/status", "r");
     struct rusage usage;
     char line[128];

@@ -22,8 +22,7 @@ struct mill_totals {
     double dissipation, balance_error, turnover; /* [J] the error is relative to the turnover */
 };
 
-/* What another program says of its run, numbers and texts for /run, with unit and meaning (facts.c)
- */
+/* What another program says of its run (facts.c): numbers and texts with unit and meaning */
 struct mill_facts_list {
     size_t count;
     struct mill_fact *fact;

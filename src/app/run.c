@@ -1,5 +1,4 @@
-/* A run: deck -> world -> event loop -> observers -> HDF5 file -> summary. Only here all are known.
- */
+/* A run: deck -> world -> event loop -> observers -> HDF5 file -> summary. Only here all meet. */
 #include "app/run.h"
 
 #include "app/forecast.h"
@@ -66,8 +65,8 @@ static bool read_earlier(struct run *r, struct mill_h5 *file)
     return good && ok(r, mill_checkpoint_find(file, r->output, &r->resumes, r->error));
 }
 
-/* Finds out what --resume can do: continue from a state, or start from the beginning. A complete
- * run without a state needs nothing. */
+/* Finds out what --resume can do: go on, or start anew; nothing for a complete run without a state
+ * */
 static bool find_earlier(struct run *r)
 {
     struct mill_h5 *file = NULL;

@@ -1,5 +1,4 @@
-/* A run, from a checked deck to a finished file and its summary; millsim's own (run.c), or that of
- * another program (digest.c) */
+/* From a checked deck to a finished file and its summary: a run of millsim or another program */
 #ifndef MILLSIM_RUN_H
 #define MILLSIM_RUN_H
 

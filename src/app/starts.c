@@ -11,8 +11,8 @@
 #define MANY_BALLS 20000 /* from this number on, a single start uses all cores */
 #define LEAST 100        /* events of a slice */
 #define MOST 1e8
-/* With run.precision: batches until the results are looked at first; by how much starts become
- * longer then, at least and at most */
+/* With run.precision: batches until results are looked at first; how much longer starts become then
+ * */
 #define FIRST 60
 #define ENOUGH 2 /* times these, until the starts may become more */
 #define LONGER 1.2
@@ -33,8 +33,7 @@ static int cores(void)
     return (int)sysconf(_SC_NPROCESSORS_ONLN);
 }
 
-/* run.threads; if the program chooses: a small mill leaves the cores to other runs, a large one and
- * several starts use all */
+/* run.threads; else a small mill leaves the cores to other runs, not a large one or many starts */
 static int threads_of(const struct mill_deck *deck, int starts)
 {
     if (deck->given.threads > 0)
@@ -253,8 +252,7 @@ bool mill_starts_extend(struct mill_starts *s)
     const double off = isnan(power + median) ? (double)INFINITY : fmax(power, median) / wanted;
     const double origin = first->batches.origin, batch = first->batches.at.batch;
     const double begin = origin + (double)from * batch;
-    /* Pieces may still be shorter than what the mill remembers, so that starts seem to be apart:
-     * they become longer in any case. */
+    /* Pieces shorter than what the mill remembers make starts seem apart: they become longer. */
     const bool apart = first->at.settled && off > 1 && plan->until - begin >= s->least &&
                        variance_ratio(s, from) > APART;
     const double many = apart ? fmin(off * off, MORE) : 1;

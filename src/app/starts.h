@@ -81,8 +81,7 @@ void mill_checkpoint_remove(struct mill_h5 *file);
 enum mill_status mill_checkpoint_find(struct mill_h5 *file, const char *name, bool *found,
                                       struct mill_error *error);
 
-/* Loads the state into starts of the same deck that have not run. After a failure they are spoilt.
- */
+/* Loads the state into starts of the same deck that have not run, and must not after a failure. */
 enum mill_status mill_checkpoint_load(struct mill_starts *starts, struct mill_record_cost *cost,
                                       struct mill_h5 *file, const char *name,
                                       struct mill_error *error);

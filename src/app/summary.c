@@ -1,6 +1,5 @@
 /* The results of a run for standard output, in at most 80 columns: the mill and its balls, what it
- * does, impacts by kind in the sampled window, the health of the solver, cost. The last line is a
- * short summary. */
+ * does, impacts by kind in the sampled window, the health of the solver, cost, a short summary. */
 #include "app/summary.h"
 #include "observe/sink_json.h"
 
@@ -348,8 +347,7 @@ static void print_all(const struct mill_summary *s)
         fprintf(s->out, "no anomalies\n");
 }
 
-/* One JSON object in SI units, with every number to full precision, and null for NaN and infinity.
- * docs/file-format.md explains the keys. */
+/* In SI units, each number to full precision, null for NaN and infinity: docs/file-format.md */
 static enum mill_status print_json(const struct mill_summary *s, struct mill_error *error)
 {
     struct mill_sink_json json;

@@ -44,8 +44,7 @@ const char *mill_summary_text(const char *format, ...) __attribute__((format(pri
 /* "12.34 mm/s", "8.956 million/s": four significant digits with a suitable prefix; "-" for NaN */
 const char *mill_summary_text_si(double value, const char *unit);
 
-/* Mean and error with the prefix of the larger one: "8.213 +- 0.090 N m". An error that would be
- * printed as 0 gets more digits. */
+/* Mean and error, "8.213 +- 0.090 N m". An error that would be printed as 0 gets more digits. */
 const char *mill_summary_text_mean(const struct mill_spread_mean *mean, const char *unit);
 
 /* Prints a label at the left, or "" below it, and a text beside it. */

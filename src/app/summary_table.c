@@ -1,5 +1,4 @@
-/* Numbers as texts; the mill as a few lines, and its impacts as a table: a row for each kind, one
- * unit a column. */
+/* Numbers as texts; the mill as lines; its impacts as a table, a row for each kind */
 #include "app/summary.h"
 #include "geometry/mesh.h"
 #include "millsim/start.h"
@@ -30,8 +29,7 @@ const char *mill_summary_text(const char *format, ...)
     return text;
 }
 
-/* Sets the scale of a value; false: none fits. Numbers of things and their rates have words: "M/s"
- * would look like metres per second. */
+/* Sets the scale of a value; false: none fits. "M/s" would look like metres: counts have words. */
 static bool fits(double value, const char *unit, struct scale *scale)
 {
     static const char *const prefix[] = {"p", "n", "u", "m", "", "k", "M", "G", "T"};
@@ -101,8 +99,7 @@ void mill_summary_line(FILE *out, const char *label, const char *format, ...)
 
 /* ---- the mill ---- */
 
-/* Prints number and mass of the balls of a species, and how much of the free volume they fill; of
- * all: species -1. */
+/* Prints number and mass of a species' balls, and the free volume that they fill; -1: of all */
 static void print_species(const struct mill_world *world, int32_t species, FILE *out)
 {
     const double room = mill_start_free_volume(world);
@@ -181,8 +178,7 @@ static void print_motions(const struct mill_world *world, const struct mill_deck
     }
 }
 
-/* Writes what the law of a kind of contact takes from materials: ", restitution 0.9, friction 0.2"
- */
+/* Writes what a law takes from materials: ", restitution 0.9, friction 0.2" */
 static void say_law(const struct mill_deck *deck, int kind, char text[2 * TEXT])
 {
     const struct mill_deck_contact *is = &deck->mill.contact[kind];

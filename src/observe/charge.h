@@ -52,8 +52,7 @@ bool mill_charge_init(struct mill_charge *charge, const struct mill_world *world
 void mill_charge_sample(const struct mill_charge *charge, uint64_t block, double t, uint64_t done,
                         uint64_t until);
 
-/* Ends the flights of the impact's balls, and adds what the liner gets; both count in the block if
- * it is `open`. */
+/* Ends the flights of the impact's balls, adds what the liner gets. They count if it is `open`. */
 void mill_charge_impact(const struct mill_charge *charge, uint64_t block, bool open,
                         const struct mill_impact *impact);
 

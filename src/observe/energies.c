@@ -92,8 +92,7 @@ static uint64_t count_in(const struct mill_energies_pair *pair, int sort, int bi
     return sort == 0 ? pair->normal[bin].count : (sort == 1 ? pair->total : pair->dissipated)[bin];
 }
 
-/* The normal energy above which half of the energy is lost that impacts lose in the bins, and what
- * an impact of this energy loses */
+/* The normal energy above which half of the loss in the bins falls; what an impact of it loses */
 static double find_half(const struct mill_energies_pair *all, double *each)
 {
     double lost = 0, above = 0;
@@ -138,8 +137,7 @@ struct mill_energies_hard mill_energies_find_hard(const struct mill_energies_pai
     return hard;
 }
 
-/* The records of a kind's pairs in the order of the file, -1: none there; blocks > 0: of each
- * block, whose records are [pairs] */
+/* A kind's records in the order of the file, -1: none there; blocks > 0: of each, [pairs] */
 static struct mill_sums_view list_pairs(const struct mill_energies *e, int kind, size_t blocks,
                                         int32_t *which)
 {

@@ -40,8 +40,7 @@ struct mill_energies_pair {
 };
 extern const struct mill_sums_list mill_energies_sums;
 
-/* Which pairs there are. For contacts of balls: the classes of both balls. For each kind of
- * surface: the class of the ball. */
+/* Which pairs there are: of balls, the classes of both; for each kind of surface, of the ball */
 struct mill_energies {
     const struct mill_world *world;
     size_t classes, pairs;
@@ -53,8 +52,7 @@ struct mill_energies {
 bool mill_energies_init(struct mill_energies *energies, const struct mill_world *world);
 void mill_energies_free(struct mill_energies *energies);
 
-/* [byte] What the energies take in memory, and at most in a file, because there are several species
- */
+/* [byte] What the energies of several species take in memory, and at most in a file */
 double mill_energies_cost(const struct mill_energies *energies);
 
 /* Number of the pair of two classes of balls */
@@ -111,16 +109,15 @@ void mill_energies_blocks_weigh(const struct mill_energies_blocks *blocks, uint6
                                 const double weight[MILL_ENERGIES_COARSE],
                                 double series[MILL_ENERGIES_BLOCKS]);
 
-/* Writes the group "blocks" within the group "energies". from: the first batch that counts. Of
- * MILL_SPREAD_SEVERAL starts: one block for each, the sum of its blocks; of fewer all, one start
- * after the other */
+/* Writes the group "blocks" within "energies". from: the first batch that counts. Of
+ * MILL_SPREAD_SEVERAL starts: one block each, the sum of its blocks; of fewer all, start after
+ * start */
 void mill_energies_blocks_tell(const struct mill_energies_blocks *const *blocks, int starts,
                                const struct mill_energies *energies,
                                const struct mill_precision *batches, uint64_t from,
                                struct mill_sink *sink);
 
-/* Hard impacts: those of `energy` [J] or more. In a bin, impacts are spread evenly over the
- * logarithm of energy. */
+/* Hard impacts: of `energy` [J] or more. In a bin they are spread evenly over its logarithm. */
 struct mill_energies_hard {
     double energy; /* NaN: nothing is lost, and nothing is hard */
     int sort;      /* of the energy: normal, total, dissipated */
@@ -137,8 +134,7 @@ struct mill_energies_hard mill_energies_find_hard(const struct mill_energies_pai
 /* [J] Lower edge of bin i; for i = MILL_ENERGIES_BINS the upper edge of the last bin */
 double mill_energies_edge(int i);
 
-/* Bin of an energy [mJ], from its bits, which grow with the value. > MILL_ENERGIES_INSIDE: outside
- * the bins */
+/* Bin of an energy [mJ] by its bits, which grow with it. > MILL_ENERGIES_INSIDE: outside bins */
 static inline uint64_t mill_energies_inside(double energy)
 {
     uint64_t bits;

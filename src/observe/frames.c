@@ -1,9 +1,8 @@
 /* Stores the places and velocities of the balls and the poses of the motions at output.frames, as
- * H5MD 1.1 (de Buyl, Colberg and Hoefling, Comput. Phys. Commun. 185, 2014, 1546;
- * www.nongnu.org/h5md). The time of frame k is k times the interval, computed as a product and not
- * summed up. Data are float32: 1e-8 m in a drum of 0.1 m is far finer than a picture or a
- * correlation can show, and needs half the space. The box has no edges, because it is open, and
- * MDAnalysis expects none then. */
+ * H5MD 1.1 (de Buyl, Colberg and Hoefling, Comput. Phys. Commun. 185, 2014, 1546). The time of
+ * frame k is k times the interval, a product and not a sum. Data are float32: 1e-8 m in a drum of
+ * 0.1 m is far finer than a picture or a correlation can show, and needs half the space. The box
+ * has no edges: it is open, and MDAnalysis expects none then. */
 #include "observe/observers.h"
 
 #include "millsim/state.h"
@@ -114,8 +113,7 @@ static void write_balls(struct mill_h5 *file, const struct mill_world *world)
     free(room);
 }
 
-/* Opens the value of an element as a column of rows [count or 3] or [count][3]. All have the step
- * and time of the first one. */
+/* Opens a column of rows [count or 3] or [count][3]. All have step and time of the first one. */
 static struct mill_h5_column *open_element(const struct frames *frames, const char *group,
                                            const struct element *of, size_t count)
 {
@@ -158,8 +156,7 @@ static void open_columns(struct frames *frames, const struct mill_world *world)
         frames->twist[i] = open_element(frames, "/observables", &twist_of[i], 3);
 }
 
-/* In float64; computed for the frame's local time by the functions that also resolve impacts, so
- * the numbers are the same */
+/* In float64, by the functions that also resolve impacts, so that the numbers are the same */
 static void append_poses(const struct frames *frames, const struct mill_world *world, double t)
 {
     for (int k = 0; k < world->motions; k++) {

@@ -1,5 +1,4 @@
-/* All sums of the statistics over a stretch of time. Those of two stretches, or of two runs of the
- * same mill, can be added. */
+/* All sums of the statistics of a stretch of time. Those of two, or of two runs, can be added. */
 #ifndef MILL_GATHERED_H
 #define MILL_GATHERED_H
 

@@ -29,8 +29,7 @@ static double gap_towards(const struct mill_shape *drum, double r, struct mill_h
     return gap_at(drum, r * at.cos, r * at.sin);
 }
 
-/* Is the container a contour that turns about its axis? Then any place of the circle around it is
- * within it for a part of the turn. */
+/* A contour that turns about its axis? Any place of the circle around it is at times within it. */
 static bool is_turning_contour(const struct mill_world *world)
 {
     bool contour = false;
@@ -40,8 +39,7 @@ static bool is_turning_contour(const struct mill_world *world)
     return contour && world->container.mapped != world->container.motion;
 }
 
-/* The drum, whose cross-section is enough. NULL if the cross-section is the circle (within 1e-9 of
- * its radius), or if there is no drum. */
+/* The drum, if its cross-section is enough and no circle (within 1e-9 of its radius); or NULL */
 static const struct mill_shape *odd_drum(const struct mill_world *world,
                                          const struct mill_heading *towards)
 {
@@ -78,9 +76,8 @@ static double inside_circle(double radius, double size, int i, int k)
     return area > 1e-9 * (y1 - y0) * (z1 - z0) ? area : 0;
 }
 
-/* How many of subs x subs points of a square, the centres of equal parts, are inside any profile.
- * subs is a power of two. A square that the wall does not reach needs only one test; other squares
- * are divided into four. */
+/* How many of subs x subs points of a square, the centres of equal parts, are inside any profile. A
+ * square that the wall does not reach needs one test, others are cut into four: a power of two. */
 static int points_inside(const struct mill_shape *drum, double y0, double z0, double size, int subs)
 {
     const double gap = gap_at(drum, y0 + size / 2, z0 + size / 2);
@@ -93,8 +90,7 @@ static int points_inside(const struct mill_shape *drum, double y0, double z0, do
     return inside;
 }
 
-/* [m^2] Area of ring i of this width inside the drum. Everything within `bore` of the axis is
- * inside. */
+/* [m^2] Area of ring i inside the drum. Everything within `bore` of the axis is inside. */
 static double ring_area(const struct mill_shape *drum, const struct mill_heading *towards,
                         double bore, double size, int i)
 {

@@ -1,6 +1,5 @@
 /* Where in the mill do impacts happen, and how do the balls move there? Two maps in the container's
- * own frame, `cross_section` (y, z) and `axial` (x, r), of impacts and of the time-averaged flow of
- * the balls as seen from the container. */
+ * frame: `cross_section` (y, z) and `axial` (x, r), of impacts and of the time-averaged flow. */
 #ifndef MILL_MAPS_H
 #define MILL_MAPS_H
 
@@ -53,13 +52,11 @@ void mill_maps_tell(const struct mill_maps *maps, const struct mill_sums *hits,
  * to a few thousandths of a cell, within a few tenths of a second. */
 void mill_maps_room(struct mill_maps *maps, const struct mill_world *world);
 
-/* Counts an impact at a place in the container's frame in hits[cells]. For a lasting contact only
- * the dissipation counts. */
+/* Counts an impact at a place in the container's frame. Of a lasting contact only loss counts. */
 void mill_maps_impact(const struct mill_maps *maps, struct mill_map_hits *hits,
                       const struct mill_impact *impact, const vec3 *at);
 
-/* Adds the balls at local time t to flow[cells], so many times. The volume of each ball is spread
- * over 32 equal points inside it. */
+/* Adds the balls at local time t, so many times, each as 32 equal points inside it. */
 void mill_maps_sample(const struct mill_maps *maps, struct mill_map_flow *flow,
                       const struct mill_world *world, double t, double times);
 

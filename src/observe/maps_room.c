@@ -28,10 +28,9 @@ static struct walls walls_of(const struct mill_world *world)
     return walls;
 }
 
-/* [m] Distance from a point of the container's frame to the nearest wall; < 0: the point is
- * outside. When the point moves, the distance changes by no more than the point moves. normal: set
- * to the direction away from that wall. near: set to the walls that can be the nearest ones of a
- * point within `reach` [m] of this one. */
+/* [m] Distance from a point of the container's frame to the nearest wall; < 0: it is outside. It
+ * changes by no more than the point moves. normal: set to the direction away from that wall. near:
+ * set to the walls that can be the nearest ones of a point within `reach` [m] of this one. */
 static double gap_of(const struct walls *walls, vec3 point, double reach, vec3 *normal,
                      struct walls *near)
 {

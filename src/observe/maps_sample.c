@@ -19,8 +19,7 @@ enum {
 #define HALF_SPACING sqrt(1.0 / 15)
 
 /* Places (j, k) of the lattice in the plane of radius and azimuth, in half spacings. The points k
- * and -k on both sides of the radius have the same r. They are processed together, so that the
- * cross terms of their velocities cancel. */
+ * and -k have the same r. They are processed together, so that cross terms of velocities cancel. */
 static const double spot[SPOTS][2] = {{-3, 1}, {-1, 1}, {1, 1}, {3, 1}, {-1, 3}, {1, 3}};
 
 struct block {
@@ -180,9 +179,8 @@ INLINE void add_axial(char *flow, const struct block *b, int i)
 }
 
 /* The same source is compiled for any processor and, where the loader can choose, for AVX2 and
- * AVX-512. These execute the same operations on more numbers at a time. The results are equal to
- * the last bit, because no operations are contracted. (The loader would choose before
- * ThreadSanitizer has started.) */
+ * AVX-512: the same operations on more numbers at a time. The results are equal to the last bit, as
+ * no operations are contracted. (The loader would choose before ThreadSanitizer has started.) */
 #if defined __x86_64__ && defined __gnu_linux__ && __has_attribute(target_clones) &&               \
     !defined __SANITIZE_THREAD__
 __attribute__((target_clones("avx512f", "avx2", "default")))

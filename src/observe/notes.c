@@ -17,8 +17,8 @@
  * attritors with 30 to 70 % of balls and voids the power differs from that of soft spheres by up to
  * 11 %, and impacts above 0.5 m/s are a fifth fewer (validation/referee/RESULTS-dense.md) */
 #define RUBBING 0.1
-/* There are a quarter more contacts than strikes. In the reference mill this is how much the hard
- * spheres' impacts on blades exceed those of soft spheres, until re-contacts are merged
+/* There are a quarter more contacts than strikes. By so much the hard spheres' impacts on blades
+ * exceed those of soft spheres in the reference mill, until re-contacts are merged
  * (validation/dem). */
 #define RECONTACTS 0.2
 /* The time between two hits of a ball is shorter than a contact. Soft spheres would then be in
@@ -26,9 +26,8 @@
  * The reference mill reaches this limit when about 32 % of the drum are filled. */
 #define AT_ONCE 1.0
 #define UNSTEADY 0.05
-/* Part of the drive's power that goes to pressed balls. At one half, the power is still within a
- * tenth of that of soft spheres of steel, but nearly twice that of softer spheres
- * (validation/dem). */
+/* Part of the drive's power that goes to pressed balls. At one half, it is within a tenth of that
+ * of soft spheres of steel, but nearly twice that of softer spheres (validation/dem). */
 #define PINCHED 0.2
 
 /* Mean speed along a periodic mill, relative to the balls' own speed. The mean of N balls that fly
@@ -38,8 +37,7 @@
 
 /* Soft spheres that are pressed together by more than this part of a diameter are other balls */
 #define SOFT 0.05
-/* [Pa] Below this modulus rates of impacts differ from those of steel by a tenth and more
- * (validation/dem) */
+/* [Pa] Below it rates of impacts differ from those of steel by a tenth and more (validation/dem) */
 #define STIFF 1e11
 
 /* Adds a rule's value; if `noted`, also its sentence. */
@@ -65,8 +63,7 @@ static bool is_stirred(const struct mill_world *world)
     return false;
 }
 
-/* Lowest restitution of the contacts with friction. met: considers only kinds of contact that have
- * occurred. */
+/* Lowest restitution of contacts with friction. met: only of kinds of contact that have occurred */
 static void judge_law(struct mill_notes *notes, const struct mill_world *world, bool met)
 {
     const double limit = is_stirred(world) ? INELASTIC_STIRRED : INELASTIC;
@@ -84,8 +81,8 @@ static void judge_law(struct mill_notes *notes, const struct mill_world *world, 
 }
 
 /* How many hits on balls the contacts of a kind are. A ball that the wall of a moving container
- * presses makes small hops at the rebound floor. A soft ball would have one long contact there, so
- * these hops are not counted. */
+ * presses makes small hops at the rebound floor: a single contact of a soft ball, so they are not
+ * counted. */
 static double hits_of(const struct mill_world *world, int kind, double contacts, double floored)
 {
     if (kind == MILL_BALL_BALL)
@@ -93,8 +90,7 @@ static double hits_of(const struct mill_world *world, int kind, double contacts,
     return world->container.motion ? contacts - floored : contacts;
 }
 
-/* Number of contacts that a soft ball would have at a time. rate: hits per second [1/s] of a ball,
- * on average */
+/* Contacts that a soft ball would have at a time. rate: hits per second [1/s] of a ball */
 static void judge_rate(struct mill_notes *notes, const struct mill_world *world, double rate)
 {
     const double contact = mill_tally_contact(world);
@@ -105,9 +101,9 @@ static void judge_rate(struct mill_notes *notes, const struct mill_world *world,
         1e6 / rate, 1e6 * contact);
 }
 
-/* [1] In diameters, the narrowest gap in which friction locks two balls between two surfaces: the
- * angle between their line of centres and the normals is then below the sum of the two angles of
- * friction. The widest is 2. */
+/* [1] In diameters, the narrowest gap in which friction locks two balls between surfaces: the angle
+ * of their line of centres and the normals is below the sum of two angles of friction. The widest:
+ * 2 */
 static double locking_gap(const struct mill_world *world)
 {
     double friction = 0;
@@ -228,8 +224,7 @@ static double ring_speed(const struct mill_world *world, const struct mill_tally
     return turning && speed * speed * sqrt(inertia / mass) > gravity ? speed : 0;
 }
 
-/* Two rules: the charge has become a ring; or the motions' power and the dissipated power of the
- * window differ. */
+/* Two rules: the charge has become a ring; motions' power and losses of the window differ. */
 static void judge_motion(struct mill_notes *notes, const struct mill_world *world,
                          const struct mill_tally_results *r, double t)
 {
@@ -286,8 +281,7 @@ static void judge_start(struct mill_notes *notes, const struct mill_tally_result
         1e3 * r->above_floor);
 }
 
-/* A body that no ball reaches is probably a mistake: its place is wrong, or the
- * unit of its mesh. */
+/* A body that no ball reaches is probably a mistake: of its place, or of the unit of its mesh. */
 static void judge_reach(struct mill_notes *notes, const struct mill_world *world,
                         const struct mill_tally_results *r)
 {
@@ -301,8 +295,7 @@ static void judge_reach(struct mill_notes *notes, const struct mill_world *world
         never ? never : "");
 }
 
-/* Blades in a screw-like arrangement convey the balls through periodic ends. End walls would stop
- * this flow. */
+/* Blades in a screw-like arrangement convey balls through periodic ends, which walls stop */
 static void judge_drift(struct mill_notes *notes, const struct mill_world *world,
                         const struct mill_tally_results *r, double t)
 {

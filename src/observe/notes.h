@@ -1,6 +1,5 @@
 /* Notes for the reader of the results: where the model of hard spheres is not valid, and where a
- * run did not do what was probably wanted. Only this file decides about notes, before and after a
- * run. */
+ * run did not do what was probably wanted. Only this file decides about them. */
 #ifndef MILL_NOTES_H
 #define MILL_NOTES_H
 

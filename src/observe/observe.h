@@ -43,8 +43,7 @@ static inline double mill_observe_due(double interval, double end, uint64_t k)
     return over ? (double)INFINITY : fmin((double)k * interval, end);
 }
 
-/* Called now and then during long work. `done` of `all` is done. on() returns false to stop the
- * work unfinished. */
+/* Called during long work, of which `done` of `all` is done. on() == false stops it unfinished. */
 struct mill_going {
     bool (*on)(void *self, double done, double all);
     void *self;

@@ -13,8 +13,7 @@ struct mill_tally_results;
 
 /* An observer of the program. A function may be NULL if there is nothing to do. */
 struct mill_observing {
-    /* first: what the event loop calls. Its name is also that of the group of the file that
-     * contains the observer's state. */
+    /* first: what the event loop calls; its name is also that of the state's group in the file */
     struct mill_observer_type type;
     size_t size; /* of its struct */
 
@@ -33,8 +32,7 @@ struct mill_observing {
      * The file exists longer than the observer. */
     void (*open)(struct mill_observer *, const struct mill_observe *, struct mill_h5 *file,
                  const struct mill_world *);
-    /* Reports the results so far, as if the run ended at local time t. The run may continue. A
-     * result without memory: mill_sink_fail. */
+    /* Reports results as if the run ended at local time t. Without memory: mill_sink_fail. */
     enum mill_status (*results)(const struct mill_observer *, const struct mill_world *, double t,
                                 struct mill_sink *, struct mill_error *);
     /* Adds the data that only the file of a finished run has. The last argument can stop this long
@@ -62,20 +60,17 @@ struct mill_observers {
     struct mill_observer *each[MILL_OBSERVERS];
 };
 
-/* Makes the observers that are asked for, in a world at t = 0. The caller frees them
- * in all cases. */
+/* Makes the observers asked for, in a world at t = 0. The caller frees them in all cases. */
 enum mill_status mill_observers_create(const struct mill_observe *asked,
                                        const struct mill_world *world,
                                        struct mill_observers *observers, struct mill_error *error);
 void mill_observers_free(struct mill_observers *observers);
 
-/* Saves or loads the states of all observers. name() is called before the fields of
- * each observer. */
+/* Saves or loads the states of all observers. name() is called before the fields of each. */
 void mill_observers_state(const struct mill_observers *observers, struct mill_state *state,
                           void (*name)(struct mill_state *state, const char *name));
 
-/* The observers make their datasets, and the event loop calls them from now on. sim: NULL if there
- * is none */
+/* The observers make their datasets, and the loop calls them from now on. sim: NULL: none */
 enum mill_status mill_observers_open(const struct mill_observers *observers,
                                      const struct mill_observe *asked, struct mill_h5 *file,
                                      const struct mill_world *world, struct mill_sim *sim,
@@ -88,8 +83,7 @@ enum mill_status mill_observers_results(const struct mill_observers *observers,
                                         struct mill_sink *sink, struct mill_tally_results **known,
                                         struct mill_error *error);
 
-/* Adds what only a finished file has. false: `going` has stopped it, and the result
- * is incomplete. */
+/* Adds what only a finished file has. false: `going` has stopped it, and it is incomplete. */
 bool mill_observers_finish(const struct mill_observers *observers, const struct mill_world *world,
                            const struct mill_going *going);
 

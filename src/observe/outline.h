@@ -21,8 +21,7 @@ struct mill_outline {
 };
 
 /* Collects the triangles that balls can touch of every surface of the motion (NULL: what stands
- * still). There are no triangles if the motion carries nothing. false: out of memory. The caller
- * frees the outline in all cases. */
+ * still), or none. false: out of memory. The caller frees the outline in all cases. */
 bool mill_outline_make(const struct mill_world *world, const struct mill_motion *motion,
                        struct mill_outline *outline);
 void mill_outline_free(struct mill_outline *outline);

@@ -4,8 +4,7 @@
 
 #include "geometry/mesh.h"
 
-/* Half of the cross product of two edges: its length is the triangle's area [m^2], its direction
- * the normal. */
+/* Half of the cross product of two edges: as long as the area [m^2], along the normal */
 static inline vec3 mill_pieces_area(const vec3 c[3])
 {
     return vec3_scale(vec3_cross(vec3_sub(c[1], c[0]), vec3_sub(c[2], c[0])), 0.5);
@@ -16,9 +15,8 @@ static inline vec3 mill_pieces_middle(const vec3 c[3])
     return vec3_scale(vec3_add(c[0], vec3_add(c[1], c[2])), 1.0 / 3.0);
 }
 
-/* Calls `on` for pieces of a triangle, or of all triangles of a mesh, whose edges are at most
- * `size` [m]. Pieces of pieces are those of the whole. Inline, because there are hundreds of
- * thousands of pieces. */
+/* Calls `on` for pieces, with edges of at most `size` [m], of a triangle or of all of a mesh.
+ * Pieces of pieces are those of the whole. Inline: there are hundreds of thousands. */
 typedef void mill_pieces_on(void *to, const vec3 corner[3]);
 static inline void mill_pieces_of_triangle(const vec3 corner[3], double size, mill_pieces_on *on,
                                            void *to)

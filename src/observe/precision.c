@@ -19,24 +19,21 @@
  * longer than `standing` is treated as standing still. */
 static const double shortest = 1e-3, usual = 5e-3, longest = 25e-3, standing = 1e6;
 
-/* Relative to the energy that the balls bring into contacts, and relative to a mean: smaller work
- * or scatter is rounding */
+/* Relative to what balls bring into contacts, or to a mean: smaller work or scatter is rounding */
 static const double rounding = 1e-9;
 
 /* Part of all impacts: if fewer are above the floor, they are slips of a charge that rests. In a
- * jar at 9 g one start in ten saw some, with a hundred times the impacts of the others; in the
- * mills of input/ it is 0.02 and more. */
+ * jar at 9 g one start in ten saw some, with 100 times the impacts of the others; in input/ 0.02
+ * and more. */
 #define RARE 1e-3
 
 enum { PARTS = 12 };
 
-/* Normal quantiles of a two-sided test for a drift, where a cut is chosen, and where one is refused
- */
+/* Normal quantiles of a two-sided test for a drift: where a cut is chosen, where one is refused */
 #define SURE 0.8416    /* 40 % */
 #define REFUSED 2.5758 /* 1 % */
 
-/* Batches for motions that repeat after `turn` [s]. They must not depend on run.time, because they
- * influence where the run ends. */
+/* Batches for motions that repeat after `turn` [s], whatever run.time, which they can shorten */
 static struct mill_precision_progress plan(double turn)
 {
     if (!(turn < standing))
@@ -165,8 +162,7 @@ static double density(const struct mill_spectrum *sum, const struct mill_spectru
     return share / ((high - low) * MILL_SPECTRUM_LOG_BIN);
 }
 
-/* Values that an error comes from: one of each of several starts, or all batches of a few. *length:
- * batches of a value */
+/* Values for an error: one of each of several starts, or all batches. *length: its batches */
 static struct mill_spread_of values_of(const struct mill_precision_set *set, uint64_t from,
                                        uint64_t *length)
 {

@@ -1,6 +1,5 @@
-/* How accurate are the results so far, and from when on is the mill steady? The time is divided
- * into batches; their accounts and impacts by speed are stored. All standard errors of results are
- * computed here. */
+/* How accurate are the results so far, and when does the mill become steady? Time is divided into
+ * batches with accounts and impacts by speed. All standard errors of results are computed here. */
 #ifndef MILL_PRECISION_H
 #define MILL_PRECISION_H
 

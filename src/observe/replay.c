@@ -160,8 +160,7 @@ static enum mill_status tell_impact(struct mill_replay *r, const struct mill_rep
     return status;
 }
 
-/* Only the maps and other observers need the balls; the rest of the statistics uses the account
- * alone. */
+/* Only maps and other observers need the balls; all else in the statistics uses the account. */
 static bool wants_balls(const struct mill_observer *o, double time)
 {
     const struct mill_tally *tally = (const struct mill_tally *)o;

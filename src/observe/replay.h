@@ -52,8 +52,7 @@ void mill_replay_init(struct mill_replay *replay, struct mill_world *world,
                       const struct mill_observers *observers, double apart, double end);
 void mill_replay_free(struct mill_replay *replay);
 
-/* All of these return MILL_FAILED, and one line that says why, for impossible input. It is then
- * ignored. */
+/* These return MILL_FAILED, and a line that says why, for impossible input, which is ignored. */
 
 /* values[9 N]: positions [m], velocities [m/s], angular velocities [rad/s], (N, 3) each */
 enum mill_status mill_replay_state(struct mill_replay *replay, double time, const double *values,
@@ -64,8 +63,7 @@ enum mill_status mill_replay_impacts(struct mill_replay *replay, size_t count,
 enum mill_status mill_replay_account(struct mill_replay *replay, const double *account,
                                      struct mill_error *error);
 
-/* Ends the run at `time`. After the last account, works and losses continue at the rates between
- * the last two accounts. */
+/* Ends the run at `time`. After the last account, works and losses continue at their last rates. */
 enum mill_status mill_replay_end(struct mill_replay *replay, double time, struct mill_error *error);
 
 #endif

@@ -72,8 +72,7 @@ struct series {
     struct mill_h5_column *shared[2], *column[TABLE][MILL_KINDS_MOST];
 };
 
-/* Opens the elements {step, time, value} of row i of the table. The first element contains step and
- * time; the others link to them. */
+/* Opens the elements {step, time, value} of row i; all but the first link to its step and time. */
 static void open_elements(struct series *series, const struct mill_world *world, int i)
 {
     static const struct mill_h5_layout layout[2] = {

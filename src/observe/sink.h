@@ -24,8 +24,7 @@ struct mill_sink {
     void (*attribute)(struct mill_sink *sink, const char *name, enum mill_h5_type type,
                       size_t count, const void *values);
     /* For another program's run: the part of the loss that is known of each single impact,
-     * "normal". The total loss is known only from the account. NULL: all of it is known, as in
-     * millsim's own runs. */
+     * "normal"; the account has all of it. NULL: all of it is known, as in millsim's own runs. */
     const char *part;
 };
 
@@ -49,8 +48,7 @@ static inline void mill_sink_fail(struct mill_sink *sink, const char *why)
     sink->failed = sink->failed ? sink->failed : why;
 }
 
-/* Memory for `count` values that are to be written. NULL: there is none, and the sink has failed.
- * Owner: the caller; free(). */
+/* Memory for `count` values. NULL: none, and the sink has failed. Owner: the caller; free() */
 static inline void *mill_sink_room(struct mill_sink *sink, size_t count, size_t size)
 {
     void *room = calloc(count + 1, size);

@@ -3,8 +3,7 @@
 #include <assert.h>
 #include <math.h>
 
-/* Length in bytes of the UTF-8 character that starts here; 0: invalid (names of files may contain
- * any bytes) */
+/* Bytes of the UTF-8 character that starts here; 0: invalid (names of files may be anything) */
 static int character(const unsigned char *p)
 {
     static const unsigned lowest[5] = {0, 0, 0x80, 0x800, 0x10000};

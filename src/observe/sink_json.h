@@ -1,5 +1,4 @@
-/* Results as JSON in SI units, with every number to full precision, and null for NaN and infinity
- */
+/* Results as JSON in SI units, every number to full precision, null for NaN and infinity */
 #ifndef MILL_SINK_JSON_H
 #define MILL_SINK_JSON_H
 

@@ -44,10 +44,9 @@ void mill_spectrum_grid_init(struct mill_spectrum_grid *grid);
  * that nothing that is said of them depends on the floor */
 int mill_spectrum_from(const struct mill_spectrum_grid *grid, const struct mill_world *world);
 
-/* The slot of a speed v [m/s]. Slot 0: below the lowest edge (also zero, negative and NaN). Slot
- * MILL_SPECTRUM_BINS + 1: from the highest edge on. A cell of the table has a relative width of at
- * most 1/64, less than a bin. So it contains at most one edge, and one comparison after the guess
- * is enough. */
+/* The slot of a speed v [m/s]; 0: below the lowest edge (also zero, negative and NaN); SLOTS - 1:
+ * from the highest edge on. A cell of the table has a relative width of at most 1/64, less than a
+ * bin. So it contains at most one edge, and one comparison after the guess is enough. */
 static inline int mill_spectrum_find(const struct mill_spectrum_grid *grid, double v)
 {
     uint64_t bits;
@@ -59,8 +58,7 @@ static inline int mill_spectrum_find(const struct mill_spectrum_grid *grid, doub
     return slot + (v >= grid->edge[slot]); /* edge[slot] is the start of the next slot */
 }
 
-/* Counts a speed v [m/s] in `slot`, `times` (0 or 1) times, and adds the dissipation [J] of the
- * impact. */
+/* Counts a speed v [m/s] in `slot`, 0 or 1 `times`, and adds the impact's dissipation [J]. */
 static inline void mill_spectrum_add(struct mill_spectrum *spectrum, int slot, uint64_t times,
                                      double v, double dissipation)
 {

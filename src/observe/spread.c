@@ -50,8 +50,7 @@ double mill_spread_student(double z, double freedom)
                                u * ((((79 * q + 776) * q + 1482) * q - 1920) * q - 945) / 92160))));
 }
 
-/* rest[n]: x minus the mean of all values of the same phase. Returns by how much an incomplete last
- * period shifts the mean. */
+/* rest[n]: x minus the mean of its phase. Returns how an incomplete last period shifts the mean. */
 static double remove_phases(const double *x, size_t n, size_t phases, double *rest)
 {
     double shift = 0;

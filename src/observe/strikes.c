@@ -1,8 +1,7 @@
 /* Is a contact a new strike, or a re-contact in the last one? A hash table stores the last contact
- * of every pair for the length of the window. Entries are never deleted: one that is older than the
- * window may be overwritten, and the table grows if a bucket is full of younger ones. Only pairs
- * that were in contact within about the last 10 us are needed, so the table stays small for any
- * number of balls. */
+ * of every pair for the length of the window. Entries are never deleted: one older than the window
+ * may be overwritten, and the table grows if a bucket is full of younger ones. It stays small for
+ * any number of balls, because only pairs that met within about 10 us are needed. */
 #include "observe/strikes.h"
 
 #include <assert.h>
@@ -48,8 +47,7 @@ static struct mill_strike *bucket_of(const struct mill_strikes *strikes, uint64_
     return strikes->entry + (h >> 1 >> (63 - strikes->bits)) * BUCKET;
 }
 
-/* Copies the entries that are not older than the window into an empty table. false: they do not
- * fit. */
+/* Copies the entries not older than the window into an empty table. false: they do not fit. */
 static bool spread(const struct mill_strikes *from, const struct mill_strikes *to, double now)
 {
     const struct mill_strike *end = from->entry + mill_strikes_room(from);

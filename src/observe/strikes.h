@@ -1,6 +1,5 @@
-/* Re-contacts: several contacts of hard spheres that one contact of soft balls would include. A
- * contact that follows the previous one of the same pair within the window belongs to the same
- * strike. */
+/* Re-contacts: several contacts of hard spheres that one of soft balls would include. A contact
+ * that follows the last one of its pair within the window belongs to the same strike. */
 #ifndef MILL_STRIKES_H
 #define MILL_STRIKES_H
 
@@ -39,9 +38,8 @@ struct mill_strike *mill_strikes_meet(struct mill_strikes *strikes, int kind, in
 /* Number of entries, used or not. */
 size_t mill_strikes_room(const struct mill_strikes *strikes);
 
-/* Gives the table 2^bits buckets, or more if the valid entries need them. Entries whose time is
- * within the window before `now` are valid (INFINITY: none). false: out of memory; the table is
- * unchanged. */
+/* Gives the table 2^bits buckets, or more if the valid entries need them: those within the window
+ * before `now` (INFINITY: none). false: out of memory; the table is unchanged. */
 bool mill_strikes_resize(struct mill_strikes *strikes, int bits, double now);
 
 #endif

@@ -18,8 +18,7 @@
  * period, else 2). Only the portions after the cut are added up; a cut inside a portion is moved to
  * its end. */
 
-/* Makes the memory of a portion, unless it has it: a run that ends early needs only the first
- * portions. false: out of memory */
+/* Makes a portion's memory, once: a run that ends early needs few. false: out of memory */
 static bool make_portion(struct mill_tally *t, uint64_t number)
 {
     struct mill_gathered *portion = &t->portion[number];
@@ -182,8 +181,7 @@ static enum mill_status on_impact(struct mill_observer *observer, const struct m
 
 /* ---- times ---- */
 
-/* Time at which the batch ends. The last batch ends with the window if it is complete but for
- * rounding. */
+/* End of the batch; the last one ends with the window if it is complete but for rounding. */
 static double next_batch(const struct mill_tally *tally)
 {
     const double next = mill_precision_next(&tally->batches);

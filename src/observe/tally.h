@@ -1,5 +1,4 @@
-/* The statistics of a run: an observer that gathers them from run.sample_from on, and the results
- * that are computed from them. */
+/* The statistics of a run: an observer gathers them from run.sample_from on; the results of them */
 #ifndef MILL_TALLY_H
 #define MILL_TALLY_H
 
@@ -58,16 +57,14 @@ struct mill_tally {
 
 extern const struct mill_observing mill_tally_type;
 
-/* [s] Time of the next sample for the maps, or the one that comes `more` after it; the window must
- * be open */
+/* [s] Time of the next sample for the maps, or of the one `more` after it, in an open window */
 static inline double mill_tally_snapshot(const struct mill_tally *tally, unsigned more)
 {
     return tally->begin + ((double)(tally->at.snapshots + more) + 0.5) * tally->interval;
 }
 
-/* [s] Duration of a contact of two balls of the mean size and mass that are as stiff as steel, at a
- * normal speed of MILL_IMPACT_SLOW. This is the speed in a dense bed; ten times the speed makes the
- * contact only 1.6 times shorter. */
+/* [s] Duration of a contact of two balls of the mean size and mass, as stiff as steel, at a normal
+ * speed as in a dense bed, MILL_IMPACT_SLOW; at ten times the speed it is 1.6 times shorter. */
 double mill_tally_contact(const struct mill_world *world);
 
 /* ---- results ---- */
@@ -136,8 +133,7 @@ struct mill_tally_results {
     bool reached;
 };
 
-/* Computes the results; the world is at local time t. Owner: the caller. MILL_FAILED: out of
- * memory. */
+/* Computes them at local time t of the world. Owner: the caller. MILL_FAILED: out of memory. */
 enum mill_status mill_tally_results_make(const struct mill_tally *tally,
                                          const struct mill_world *world, double t,
                                          struct mill_tally_results **results,
@@ -153,9 +149,8 @@ static inline double mill_tally_per_second(const struct mill_tally_results *resu
     return results->duration > 0 ? sum / results->duration : 0;
 }
 
-/* Returns the first batch of the window, which ends with the last batch. The window begins after
- * the start-up. If at least two whole periods are left, it begins later so that it holds only whole
- * periods. Fills in at->known. */
+/* Returns the first batch of the window, which begins after the start-up and ends with the last
+ * batch. If at least two periods are left, it begins later, to hold whole ones. Sets at->known. */
 uint64_t mill_tally_window(const struct mill_tally *tally, struct mill_tally_progress *at);
 
 #endif

@@ -1,6 +1,5 @@
-/* Computes the results of the window from what the tally has gathered. The tally is not changed: a
- * checkpoint may ask for results in the middle of a run, and the run continues.
- * tally_results_tell.c writes them. */
+/* Computes the results of the window from what the tally has gathered, which is not changed: a run
+ * continues after a checkpoint's results. tally_results_tell.c writes them. */
 #include "observe/tally.h"
 
 const double mill_tally_level[MILL_TALLY_LEVELS] = {0.01, 0.05, 0.1,  0.25, 0.5,
@@ -46,8 +45,7 @@ static void set_rows(struct mill_tally_results *r, struct mill_speeds *speeds,
     }
 }
 
-/* Computes what follows from the accounts, and medians, over the whole window. A motion without an
- * axis has no torque. */
+/* Computes what follows from accounts, and medians, over the window. No axis: no torque. */
 static void sum_account(struct mill_tally_results *r)
 {
     const struct mill_account *from = &r->at.at_begin, *to = &r->at.at_end;
@@ -73,9 +71,8 @@ static void sum_account(struct mill_tally_results *r)
 }
 
 /* Rate of hard impacts, and their number per work of the drive. The errors come from blocks (of
- * several starts: from the starts), the values from the whole window. In the mean, the work of the
- * drive is what all impacts lose. So the relative error of the quotient is that of hard impacts
- * over losses, which varies less. */
+ * several starts: from the starts), the values from the window. In the mean, drives do what impacts
+ * lose: the relative error of the quotient is that of hard impacts over losses, and smaller. */
 static void sum_hard(struct mill_tally_results *r)
 {
     const struct mill_precision_rate *loss = &mill_precision_rates[MILL_PRECISION_LOSS];
@@ -110,8 +107,7 @@ static void sum_hard(struct mill_tally_results *r)
     r->hard_per_joule = mill_spread_mean(rest, of);
     r->hard.value = rate;
     r->hard_per_joule.value = drive > 0 ? rate / drive : (double)NAN;
-    /* a found energy varies with the losses, and not in proportion: then the quotient is not known
-     * better than the rate (jars with a heap) */
+    /* a found energy varies with losses, not in proportion: no better than the rate */
     const double least = isnan(r->tally->asked.hard) && apart ? r->hard.error / rate : 0;
     r->hard_per_joule.error = fmax(r->hard_per_joule.error / drive,
                                    r->hard_per_joule.value * fmax(least, 1 / sqrt(count)));

@@ -129,8 +129,7 @@ static void put_steps(struct scene *s, bool moving, size_t points)
         link_to(s, ALIKE, "Steps", "PointOffsets");
 }
 
-/* Writes the cells of one kind, with `each` corners per cell. corner NULL: point k is the corner of
- * cell k. The other kinds are empty. */
+/* Writes cells of one kind, with `each` corners; the other kinds are empty. corner NULL: point k */
 static void put_cells(struct scene *s, const char *group, size_t cells, size_t each,
                       const int64_t *corner)
 {
@@ -211,9 +210,8 @@ static void turn(const struct mill_mesh *mesh, double angle, float *to)
     }
 }
 
-/* Reads the poses of motion k in all frames: [frames][3] places, then [frames][9] rotations; -1: of
- * what stands still, for one frame only. NULL: failed; the file reports why. Owner: the caller;
- * free(). */
+/* Reads the poses of motion k in all frames: [frames][3] places, [frames][9] rotations; -1: of what
+ * stands still, for one frame. NULL: failed; the file reports why. Owner: the caller; free(). */
 static double *read_poses(const struct scene *s, int k)
 {
     double *pose = calloc(12 * (s->frames + 1), sizeof *pose);
@@ -295,8 +293,7 @@ static void put_body(struct scene *s, const char *name, int k, const struct mill
 
 /* ---- wear ---- */
 
-/* Writes the block "wear": all surfaces in small triangles, as they are at the first frame, with
- * the results of their facets */
+/* Writes the block "wear": all surfaces at the first frame in small triangles, with results */
 static void put_wear(struct scene *s)
 {
     uint64_t triangles = 0;

@@ -1,6 +1,5 @@
-/* /VTKHDF: the frames in the form that VTK, ParaView and F3D read: the balls, what stands still,
- * and what each motion carries. It refers to the data in /particles/trajectory and does not store
- * them again. */
+/* /VTKHDF: the frames as VTK, ParaView and F3D read them: the balls, what stands still, and what
+ * each motion carries. It refers to the data in /particles/trajectory. */
 #ifndef MILL_VTKHDF_H
 #define MILL_VTKHDF_H
 
@@ -8,9 +7,8 @@
 #include "observe/observe.h"
 #include "store/h5.h"
 
-/* Path of the poses of the motions in each frame, NAME/{centre,rotation}, as H5MD elements that
- * share step and time with the trajectory. A point p of the motion's frame is at centre + rotation
- * p. */
+/* Path of the poses of the motions in each frame, NAME/{centre,rotation}, H5MD elements with step
+ * and time of the trajectory. A point p of the motion's frame is at centre + rotation p. */
 #define MILL_VTKHDF_POSE "/observables/pose/"
 
 /* Writes the first `frames` frames, whose poses are in the file. Writes nothing if there are none.

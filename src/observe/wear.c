@@ -284,8 +284,7 @@ static void show_pieces(void *adds, const vec3 corner[3])
     mill_pieces_of_triangle(corner, to->found ? piece : HUGE_VAL, show, to);
 }
 
-/* Finds the facets of the triangles from `first` on. Seeks those of a part that none of them shows;
- * were there more? */
+/* Finds the facets of the triangles from `first` on; seeks the part's others: were there more? */
 static bool seek_missing(struct outline *to, size_t first)
 {
     const struct mill_wear_part *p = &to->plan->part[to->part];

@@ -1,5 +1,4 @@
-/* Where do impacts hit the parts of the mill, and how much energy do they leave there? Sums for
- * each facet of the surfaces. */
+/* Where do impacts hit the parts of the mill, and how much energy do they leave on each facet? */
 #ifndef MILL_WEAR_H
 #define MILL_WEAR_H
 
@@ -12,9 +11,8 @@
 /* ---- facets (wear_facets.c) ---- */
 
 /* The facets of a mill: each surface is divided into what lies in one cell of a lattice and faces
- * in one of six directions. The lattice is that of the part's chart: its own axes, or length,
- * radius and angle for a part that can turn about its axis without a change. So the facet of an
- * impact needs no search. */
+ * in one of six directions. The lattice is along the part's own axes, or length, radius and angle
+ * if it can turn about its axis without a change. So the facet of an impact needs no search. */
 enum { MILL_WEAR_FACES = 6 };
 
 struct mill_wear_facet {
@@ -56,13 +54,11 @@ struct mill_wear_plan {
                                                       t = 0 */
 };
 
-/* Makes the facets of the plan's world. false: out of memory. The caller frees the plan in both
- * cases. */
+/* Makes the plan's facets. false: out of memory. The caller frees the plan in both cases. */
 bool mill_wear_facets_make(struct mill_wear_plan *plan);
 void mill_wear_facets_free(struct mill_wear_plan *plan);
 
-/* Number of the facet at a place of a part that faces in a direction, both in the frame of the
- * part's motion; -1: the part has none */
+/* The facet at a place and direction in the frame of the part's motion; -1: the part has none */
 int32_t mill_wear_facets_find(const struct mill_wear_plan *plan, int part, vec3 place, vec3 facing);
 
 /* Number of the bin of the contour's developed length that an impact is in; -1: it is not on it */
@@ -81,9 +77,8 @@ static inline double mill_wear_facets_piece(const struct mill_wear_part *part)
     return 0.5 * part->cut;
 }
 
-/* All surfaces as they are at t = 0, motion by motion, in triangles about as small as facets, with
- * at least one for each facet; `facet` has the number of the facet of each. false: out of memory.
- * The caller frees both in all cases. */
+/* All surfaces as they are at t = 0, motion by motion, in triangles about as small as facets, one
+ * or more for each facet, whose number is in `facet`. false: out of memory. Owner: the caller */
 bool mill_wear_outline(const struct mill_wear_plan *plan, struct mill_mesh *mesh, int32_t **facet);
 
 /* ---- sums ---- */
@@ -101,9 +96,8 @@ extern const struct mill_sums_list mill_wear_sums, mill_wear_along_sums;
 /* Makes the facets of a world. false: out of memory. The caller frees them in both cases. */
 bool mill_wear_init(struct mill_wear_plan *plan, const struct mill_world *world);
 
-/* Of sum[facets], those of the facet that an impact is on; NULL: it is not on a surface of this
- * world. They are requested from memory, so that a later call of mill_wear_impact need not wait for
- * them. */
+/* Of sum[facets], those of the impact's facet; NULL: it is not on a surface of this world. They are
+ * requested from memory, so that a later call of mill_wear_impact need not wait for them. */
 struct mill_wear_sum *mill_wear_facet(const struct mill_wear_plan *plan, struct mill_wear_sum *sum,
                                       const struct mill_impact *impact);
 void mill_wear_impact(const struct mill_wear_plan *plan, struct mill_wear_sum *sum,
@@ -114,8 +108,7 @@ void mill_wear_impact(const struct mill_wear_plan *plan, struct mill_wear_sum *s
 enum { MILL_WEAR_SHOWN = 5 };
 const char *mill_wear_shown(int k);
 
-/* Writes the group "wear" of a window of `duration` [s]. sum: [facets]; along: [bins]; law: [kinds]
- */
+/* Writes the group "wear" of a window [s]. sum: [facets]; along: [bins]; law: [kinds] */
 void mill_wear_tell(const struct mill_wear_plan *plan, struct mill_wear_sum *sum,
                     struct mill_wear_sum *along, double duration, const struct mill_wear_law *law,
                     struct mill_sink *sink);

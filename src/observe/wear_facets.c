@@ -31,8 +31,7 @@ static inline double about(double y, double z)
     return 0.5 * MILL_PI * copysign(y < 0 ? 2 - quarters : quarters, z);
 }
 
-/* Coordinates of a place in the chart. Returns the direction in which the surface faces there: that
- * of the largest component of its normal */
+/* Coordinates in the chart. Returns where the surface faces: the largest component of its normal */
 static inline int chart(const struct mill_wear_part *p, vec3 place, vec3 facing, double u[3])
 {
     const vec3 q = mill_pose_in(&p->chart, place);
@@ -174,8 +173,7 @@ void mill_wear_facets_draw(const struct mill_wear_plan *plan, int part, struct m
     mill_outline_draw(w->shape[plan->part[part].shape], FLAT * w->container.radius, mesh);
 }
 
-/* Sets the lattice of a part, whose coordinates `reach` has measured, for cells of this size.
- * false: out of memory. */
+/* Sets the lattice of a part that `reach` has measured, for cells of this size. false: failed */
 static bool lay_out(struct mill_wear_part *p, const struct collector *reach, double size)
 {
     size_t cells = FACES;
@@ -309,9 +307,8 @@ static bool make_part(struct mill_wear_plan *plan, int part, double size, int fe
     return into != NULL;
 }
 
-/* Lists the parts with their charts: the faces of a body lie along the axes, or it is round about
- * x, or nearly. A wall that shows nothing belongs to the part of the wall that shows all of its
- * body. */
+/* Lists the parts with their charts: faces along the axes, or round about x, or nearly. A wall that
+ * shows nothing belongs to the part of the wall that shows all of its body. */
 static bool list_parts(struct mill_wear_plan *plan)
 {
     const struct mill_world *w = plan->world;
@@ -345,8 +342,7 @@ static bool list_parts(struct mill_wear_plan *plan)
 
 /* ---- along the contour ---- */
 
-/* [m] of an arc of this bend, from its middle to a place at this distance along its tangent there
- */
+/* [m] of an arc of this bend, from its middle to a place so far along its tangent there */
 static double developed(double bend, double x)
 {
     const double sine = fmax(-1, fmin(2 * bend * x, 1));

@@ -1,8 +1,7 @@
-/* A file that is written for hours must be complete at every moment. So publishing writes a
- * copy, syncs it, renames it over the old file and syncs the folder (the usual method; POSIX
- * makes rename atomic). On file systems that share blocks the copy costs nothing. Elsewhere the
- * file is read and written once, and for a moment there are three files of its size: PATH,
- * PATH.part and the copy. */
+/* A file that is written for hours must be complete at every moment. So publishing writes a copy,
+ * syncs it, renames it over the old file and syncs the folder (POSIX makes rename atomic). On file
+ * systems that share blocks the copy costs nothing. Elsewhere the file is read and written once,
+ * and for a moment there are three of its size: PATH, PATH.part and the copy. */
 #define _XOPEN_SOURCE 700 /* realpath */
 #include "store/draft.h"
 
@@ -24,9 +23,8 @@
 
 void mill_draft_init(struct mill_draft *draft, const char *path, const char *begins)
 {
-    /* A symbolic link stays a link: the file that it points to is replaced, or made. If realpath
-     * fails because the file does not exist yet, only one link is followed; open refuses everything
-     * else. */
+    /* A symbolic link stays a link: the file that it points to is replaced, or made. If that does
+     * not exist yet, only one link is followed; open refuses everything else. */
     char link[sizeof draft->path] = "", *whole = realpath(path, NULL);
     const bool leads = !whole && readlink(path, link, sizeof link - 1) > 0;
     const char *slash = leads && link[0] != '/' ? strrchr(path, '/') : NULL;
@@ -141,8 +139,7 @@ static bool left_by_draft(const struct mill_draft *draft, const char *name)
     return left;
 }
 
-/* Handles a file that is in the way: removes it if `may_go`, else EEXIST. Of a symbolic link only
- * the link is removed. */
+/* Removes a file that is in the way (of a link: the link) if it may go, else EEXIST. */
 static int clear_way(struct mill_draft *draft, const char *name, bool may_go)
 {
     struct stat about;

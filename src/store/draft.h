@@ -27,10 +27,9 @@ struct mill_draft {
     int lock_fd;          /* -1: not locked */
 };
 
-/* Prepares a draft of the file `path`, or of the file that this links to. Does not touch the
- * disk. begins: the first bytes of the finished file. They identify a PATH.part or PATH.new
- * that a killed process has left; NULL: only an empty file is accepted as such. `begins` must
- * outlive the draft. */
+/* Prepares a draft of the file `path`, or of the file that this links to, without touching the
+ * disk. begins: the first bytes of the file. They identify what a killed process has left; NULL:
+ * only an empty file is accepted as such. `begins` must outlive the draft. */
 void mill_draft_init(struct mill_draft *draft, const char *path, const char *begins);
 
 /* Returns the one of the four names that leads to the file at `path`; NULL: none. */
@@ -40,9 +39,8 @@ const char *mill_draft_meets(const struct mill_draft *draft, const char *path);
  * from a draft is in the way; it is not touched. The caller ends the draft even after a failure. */
 int mill_draft_open(struct mill_draft *draft, enum mill_draft_way way);
 
-/* Describes why mill_draft_open or mill_draft_publish failed, in one line ("PATH: cannot VERB: No
- * space left on device"). Returns MILL_FAILED, or MILL_BAD_DECK for a file in the way. path: as the
- * user gave it. */
+/* Describes why a draft could not be opened or published, in one line ("PATH: cannot VERB: No space
+ * left on device"). Returns MILL_FAILED, or MILL_BAD_DECK for a file in the way. path: as given */
 enum mill_status mill_draft_tell(const struct mill_draft *draft, const char *path, const char *verb,
                                  int failed, struct mill_error *error);
 
@@ -53,8 +51,7 @@ int mill_draft_publish(struct mill_draft *draft, bool last);
 /* Deletes what was not published, and releases the lock. */
 void mill_draft_end(struct mill_draft *draft);
 
-/* Removes a PATH.lock that no process holds: one killed right after its last publication has left
- * it. */
+/* Removes a PATH.lock that no process holds: one killed after its last publication has left it. */
 void mill_draft_clear(const char *path);
 
 #endif

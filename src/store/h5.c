@@ -1,7 +1,6 @@
 /* The common part of this module: failures, groups, links. HDF5's own error stack is never printed;
- * the reason is recorded at the first failure. After a failure (mostly a full disk) the library's
- * cache no longer matches the disk, and every later write would fail in another way. So the file is
- * then spent, and closing only frees it. */
+ * the reason is recorded at the first failure. After it (mostly a full disk) the library's cache no
+ * longer matches the disk: the file is spent, and closing only frees it. */
 #include "store/h5_internal.h"
 
 #include <assert.h>
@@ -13,8 +12,7 @@
 
 /* ---- failures ---- */
 
-/* Why HDF5 failed for the first time since the last failure was reported. HDF5 itself forgets the
- * reason at its next call. */
+/* Why HDF5 failed first since the last report: HDF5 itself forgets the reason at its next call. */
 static struct {
     int number;      /* errno, 0 = none */
     char words[256]; /* "": nothing has failed */
@@ -123,8 +121,7 @@ void mill_h5_leave(struct mill_h5 *file)
     file->way[0] = '\0';
 }
 
-/* An output file has hundreds of datasets in few groups: so the groups stay open that the path has
- * in common with the one before. */
+/* A file has hundreds of datasets in few groups: those in common with the path before stay open. */
 hid_t mill_h5_enter(struct mill_h5 *file, const char *path, const char **name)
 {
     *name = strrchr(path, '/') + 1;

@@ -39,8 +39,7 @@ enum mill_h5_open {
 /* ---- the file ---- */
 
 /* Opens a file. Until the first flush `path` is unchanged: data go to PATH.part, and PATH.lock
- * prevents a second writer. MILL_BAD_DECK: one of these names is in use by a file that is not from
- * millsim. Owner: the caller. */
+ * prevents a second writer. MILL_BAD_DECK: one of these is a file of others. Owner: the caller. */
 enum mill_status mill_h5_create(const char *path, enum mill_h5_open how, struct mill_h5 **file,
                                 struct mill_error *error);
 
@@ -52,29 +51,24 @@ enum mill_status mill_h5_status(const struct mill_h5 *file, struct mill_error *e
 void mill_h5_spend(struct mill_h5 *file, const char *why);
 
 /* Publishes: in one step, everything written so far becomes the file, with the rows still in
- * columns. If later the process or the machine dies or the disk fills up, the file stays readable
- * as it is now. Where the file system cannot share blocks, this takes the time of a copy of the
- * file. */
+ * columns. If later the process dies or the disk fills up, the file stays readable as it is now.
+ * Where the file system cannot share blocks, this takes the time of a copy of the file. */
 enum mill_status mill_h5_flush(struct mill_h5 *file, struct mill_error *error);
 
-/* Publishes and closes the file, and always frees it with its columns. After a failure it returns
- * that failure again. NULL is allowed. */
+/* Publishes and closes the file, and always frees it. Returns an earlier failure. May be NULL. */
 enum mill_status mill_h5_close(struct mill_h5 *file, struct mill_error *error);
 
-/* Closes and frees the file without publishing what was written since the last flush. NULL is
- * allowed. */
+/* Closes and frees the file without publishing what is new since the last flush. May be NULL. */
 void mill_h5_abandon(struct mill_h5 *file);
 
 /* True if the path exists in the file (a dataset, a group or a link). If the file cannot be read,
  * it is spent, and the result false does not mean that the path is missing. */
 bool mill_h5_exists(struct mill_h5 *file, const char *path);
 
-/* Removes a name (of a group: with everything that has no other name). No error if it does not
- * exist. */
+/* Removes a name (of a group: with everything that has no other name), if it exists. */
 void mill_h5_remove(struct mill_h5 *file, const char *path);
 
-/* Makes the group and those above it; it may exist already. ordered: the members of a new group
- * keep the order in which they are made. */
+/* Makes a group and those above it, if they do not exist. ordered: its members keep their order. */
 void mill_h5_group(struct mill_h5 *file, const char *path, bool ordered);
 
 /* Makes `path` a second name of the object `existing`. */
@@ -142,10 +136,9 @@ struct mill_h5_layout {
 };
 
 /* Opens a column. If the dataset exists, the column continues after its first `keep` rows (a
- * failure if there are fewer) and drops the rest. Otherwise it is made: empty, chunked and, unless
- * plain, shuffled and deflated at level 1. Returns NULL on failure; all functions below accept
- * NULL. Owner: the file, which writes the rows when it is published and frees the column when it is
- * closed. */
+ * failure if there are fewer) and drops the rest. Otherwise it is made: chunked and, unless plain,
+ * shuffled and deflated at level 1. NULL on failure; all functions below accept NULL. Owner: the
+ * file, which writes the rows when it is published and frees the column when it is closed. */
 struct mill_h5_column *mill_h5_column_create(struct mill_h5 *file, const char *path,
                                              const struct mill_h5_layout *layout, uint64_t keep);
 

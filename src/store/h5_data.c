@@ -93,8 +93,7 @@ void mill_h5_attribute_ascii(struct mill_h5 *file, const char *object, const cha
 
 /* ---- datasets in one piece ---- */
 
-/* Makes an empty dataset with unit and description. Negative: the file is spent. Closes space and
- * list. */
+/* Makes an empty dataset with unit and description; closes space and list. < 0: file is spent */
 static hid_t make(struct mill_h5 *file, const char *path, struct types types, hid_t space,
                   hid_t list, const char *unit, const char *description)
 {

@@ -5,8 +5,7 @@
 #include <string.h>
 #include <unistd.h>
 
-/* [byte] of a file's structure that HDF5 keeps in memory. HDF5's default of 2 MiB takes about 5
- * MiB. A run writes each piece only once. */
+/* [byte] of a file's structure in memory: HDF5's 2 MiB take 5 MiB; a run writes each only once */
 enum {
     METADATA = 262144,
     /* [byte] buffer for converting texts: HDF5's default, 1 MiB, is zeroed for each text */

@@ -30,14 +30,12 @@ struct mill_h5 {
 /* Switches off HDF5's own messages, and records the reasons of its failures. */
 void mill_h5_listen(void);
 
-/* Checks whether any call to HDF5 has failed since the last failure was reported. If so, the file
- * is spent with "FILE: cannot VERB PATH: REASON"; the reason is that of the first failed call. path
- * may be NULL. So one check after several calls is enough: a call that uses the result of a failed
- * call fails too. */
+/* Checks whether any call to HDF5 has failed since the last report. If so, the file is spent with
+ * "FILE: cannot VERB PATH: REASON", the reason of the first failed call. path may be NULL. One
+ * check after several calls is enough: a call that uses the result of a failed call fails too. */
 void mill_h5_check(struct mill_h5 *file, const char *verb, const char *path);
 
-/* Reports a failure even if no call to HDF5 has failed. why: the reason if errno is 0; NULL: HDF5's
- * reason. */
+/* Reports a failure even if no call to HDF5 has failed. why: used if errno is 0; NULL: HDF5's */
 void mill_h5_fail(struct mill_h5 *file, const char *verb, const char *path, const char *why);
 
 /* For a spent file: data that HDF5 still holds must not reach the disk, and freeing them must not
@@ -57,8 +55,7 @@ hid_t mill_h5_enter(struct mill_h5 *file, const char *path, const char **name);
 /* Closes the open groups. */
 void mill_h5_leave(struct mill_h5 *file);
 
-/* Properties of a new object without its time of creation, so that two runs write the same bytes.
- * The caller closes it. */
+/* Properties of a new object without a time, so that two runs write the same bytes; to be closed */
 hid_t mill_h5_timeless(hid_t property_class);
 
 /* Writes the gathered rows of all columns. */

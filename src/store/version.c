@@ -1,5 +1,4 @@
-/* The only file that is compiled with MILL_VERSION, MILL_FLAGS and MILL_BUILD. It does not compile
- * without them. */
+/* The only file that is compiled with MILL_VERSION, MILL_FLAGS, MILL_BUILD, and not without them */
 #include "store/version.h"
 
 #ifdef __clang__
