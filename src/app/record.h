@@ -30,10 +30,9 @@ struct mill_facts_list {
 
 /* Progress of a run, or how it ended */
 struct mill_facts {
-    const char *status; /* "running", "complete", "stopped" (by a signal), "failed" */
-    /* "time", "precision", "max_collisions"; "none" before the end; NULL: only time can end it */
-    const char *ended_by;
-    double time, local; /* [s] simulated time reached; the same as local time of the world */
+    const char *status;   /* "running", "complete", "stopped" (by a signal), "failed" */
+    const char *ended_by; /* "time", "precision", "max_collisions", "none" as yet; NULL: by time */
+    double time, local;   /* [s] simulated time reached; the same as local time of the world */
     struct mill_record_cost cost;
     int threads, starts;                   /* used by the run */
     struct mill_totals totals;             /* of all starts */

@@ -23,8 +23,7 @@ struct mill_charge_sum {
     double layer[MILL_CHARGE_ANGLES];                    /* [kg] at the wall */
     double flow[MILL_CHARGE_SECTORS][MILL_CHARGE_RINGS]; /* [kg m/s] around the axis */
     struct mill_charge_hits hit[MILL_CHARGE_ANGLES];
-    double sizes[MILL_CHARGE_WIDE]
-                [MILL_CHARGE_SIZES]; /* [N s] on lifters, by the size of the impact */
+    double sizes[MILL_CHARGE_WIDE][MILL_CHARGE_SIZES]; /* [N s] on lifters, by size of impact */
 };
 
 /* What is known of it, after the flight the centres of mass and of circulation, across and up */

@@ -9,9 +9,7 @@
 
 /* Normal and tangential speeds of the impacts (or strikes) of one kind */
 struct mill_speeds {
-    struct mill_spectrum normal;
-    /* of impacts with v_n < 0.05 m/s (in results: all); of the others */
-    struct mill_spectrum tangential[2];
+    struct mill_spectrum normal, tangential[2]; /* with slow v_n (in results: all); of the others */
 };
 enum { MILL_GATHERED_SPECTRA = sizeof(struct mill_speeds) / sizeof(struct mill_spectrum) };
 

@@ -7,8 +7,7 @@
 #include "observe/tally.h"
 
 struct mill_note {
-    /* name of the rule in files; NULL: the rule concerns the run, not its physics */
-    const char *code;
+    const char *code;    /* name of the rule in files; NULL: it is on the run, not its physics */
     double value, limit; /* what the rule compares; NaN: not known */
     char text[512];      /* sentences; "": within the limit */
 };

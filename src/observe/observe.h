@@ -16,20 +16,19 @@ struct mill_wear_law {
 };
 
 struct mill_observe {
-    double end; /* [s] end of the run */
-    /* [s] statistics are gathered from here to the end; 0: see sample_found */
-    double sample_from;
+    double end;            /* [s] end of the run */
+    double sample_from;    /* [s] begin of the statistics; 0: see sample_found */
     bool sample_found;     /* true: the start of the statistics is found in the run */
     double precision;      /* relative standard error that ends the run; 0: not used */
     long starts;           /* of the run */
     double max_collisions; /* number of collisions that ends the run; 0: not used */
-    /* [s] contacts of a pair closer in time than this are one strike; NaN: as long as a contact */
-    double strike_window;
-    double hard;        /* [J] impacts of this energy or more are hard; NaN: it is to be found */
-    int hard_by;        /* one of MILL_ENERGIES_SORTS */
-    double frames;      /* [s] between stored states of the balls; 0: none */
-    double series;      /* [s] between rows of the time series */
-    int log_impacts;    /* 1: yes */
+    double
+        strike_window; /* [s] closer contacts of a pair are one strike; NaN: as long as a contact */
+    double hard;       /* [J] impacts of this energy or more are hard; NaN: it is to be found */
+    int hard_by;       /* one of MILL_ENERGIES_SORTS */
+    double frames;     /* [s] between stored states of the balls; 0: none */
+    double series;     /* [s] between rows of the time series */
+    int log_impacts;   /* 1: yes */
     double rotor_angle; /* [rad] at t = 0 */
     bool springs;       /* the run has contacts that store energy: there is a series of it */
     struct mill_wear_law wear[MILL_KINDS_MOST];

@@ -13,21 +13,18 @@ struct mill_tally_results;
 
 /* An observer of the program. A function may be NULL if there is nothing to do. */
 struct mill_observing {
-    /* first: what the event loop calls; its name is also that of the state's group in the file */
-    struct mill_observer_type type;
-    size_t size; /* of its struct */
+    struct mill_observer_type type; /* first: for the loop; its state is saved under this name */
+    size_t size;                    /* of its struct */
 
     /* ---- called outside of the loop, in this order ---- */
 
-    /* Is this observer requested? NULL: always. */
-    bool (*wanted)(const struct mill_observe *);
+    bool (*wanted)(const struct mill_observe *); /* Is it requested? NULL: always */
     /* Fills its struct, which is zero except for type and next = INFINITY. The world is at t = 0
      * and exists longer than the observer. The function must not keep a pointer to the request.
      * MILL_FAILED: out of memory; free is called in any case. */
     enum mill_status (*create)(struct mill_observer *, const struct mill_observe *,
                                const struct mill_world *, struct mill_error *);
-    /* Saves or loads its state (millsim/state.h). */
-    void (*state)(struct mill_observer *, struct mill_state *);
+    void (*state)(struct mill_observer *, struct mill_state *); /* saves or loads its state */
     /* Creates the datasets that it writes to, or continues after the rows that its state counts.
      * The file exists longer than the observer. */
     void (*open)(struct mill_observer *, const struct mill_observe *, struct mill_h5 *file,
@@ -38,8 +35,7 @@ struct mill_observing {
     /* Adds the data that only the file of a finished run has. The last argument can stop this long
      * work: the result is then false. NULL: never stop. */
     bool (*finish)(struct mill_observer *, const struct mill_world *, const struct mill_going *);
-    /* Frees all that it allocated, except its struct. */
-    void (*free)(struct mill_observer *);
+    void (*free)(struct mill_observer *); /* all that it allocated, except its struct */
 };
 
 static inline const struct mill_observing *mill_observe_type(const struct mill_observer *observer)

@@ -9,18 +9,16 @@
 
 enum {
     MILL_PRECISION_BATCHES = MILL_SPREAD_MOST, /* maximum number */
-    /* the same of each of several starts; portions of 48, 64 or 96 batches fit into it */
-    MILL_PRECISION_FEWER = 384,
-    MILL_PRECISION_STARTS = 64, /* maximum number of starts of a run */
-    /* one for each kind of the mill, then all kinds together */
-    MILL_PRECISION_ROWS = MILL_KINDS_MOST + 1
+    MILL_PRECISION_FEWER =
+        384, /* of each of several starts: multiple of portions of 48, 64 or 96 */
+    MILL_PRECISION_STARTS = 64,               /* maximum number of starts of a run */
+    MILL_PRECISION_ROWS = MILL_KINDS_MOST + 1 /* of each kind of the mill, then of all together */
 };
 
 /* The part that changes during the run; plain numbers, which a checkpoint stores as they are. */
 struct mill_precision_progress {
-    double batch; /* [s] length of a batch */
-    /* batches of a period; 1 also if a batch is several periods; 0: nothing moves */
-    uint64_t period;
+    double batch;     /* [s] length of a batch */
+    uint64_t period;  /* its batches; 1 also if a batch is several periods; 0: nothing moves */
     uint64_t batches; /* complete so far */
 };
 
@@ -32,7 +30,7 @@ struct mill_precision {
     struct mill_precision_progress at;
     const struct mill_spectrum_grid *grid;
     struct mill_account
-        *accounts; /* [batches + 1] at the start of each batch, and at the end of the last one */
+        *accounts; /* [batches + 1] at the start of each, and at the end of the last */
     uint32_t (*counts)[MILL_SPECTRUM_SLOTS]; /* [batches] impacts by normal speed */
 };
 
@@ -44,18 +42,16 @@ struct mill_precision_set {
 
 /* First all means, in a row */
 struct mill_precision_known {
-    struct mill_spread_mean drive; /* [W] power of all motions */
-    /* [W], [N m] */
-    struct mill_spread_mean motion_power[MILL_MOTIONS_MOST], motion_torque[MILL_MOTIONS_MOST];
-    /* [m/s] normal speed: all impacts; fast ones */
-    struct mill_spread_mean median, median_fast;
-    struct mill_spread_mean rate[MILL_PRECISION_ROWS]; /* [1/s] of impacts */
-    /* with speeds above mill_world_fast */
+    struct mill_spread_mean drive;                            /* [W] power of all motions */
+    struct mill_spread_mean motion_power[MILL_MOTIONS_MOST];  /* [W] */
+    struct mill_spread_mean motion_torque[MILL_MOTIONS_MOST]; /* [N m] */
+    struct mill_spread_mean median, median_fast; /* [m/s] normal speed: all impacts; fast ones */
+    struct mill_spread_mean
+        rate[MILL_PRECISION_ROWS]; /* [1/s] of impacts, and above these speeds: */
     struct mill_spread_mean fast[MILL_PRECISION_ROWS][MILL_WORLD_FAST];
-    /* [W] lost in impacts: all of it, and its normal part */
-    struct mill_spread_mean loss[MILL_PRECISION_ROWS], loss_normal[MILL_PRECISION_ROWS];
-    /* number of batches that the results come from */
-    uint64_t batches;
+    struct mill_spread_mean loss[MILL_PRECISION_ROWS];        /* [W] lost in impacts */
+    struct mill_spread_mean loss_normal[MILL_PRECISION_ROWS]; /* its normal part */
+    uint64_t batches;                                         /* that the results come from */
     bool idle;   /* no motion has ever done work, so that there is no power to know */
     bool enough; /* batches and periods of the motions for a run to end */
     bool slips;  /* so few impacts are fast that their median is not known */

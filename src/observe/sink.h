@@ -8,11 +8,9 @@
 #include <stdlib.h>
 
 struct mill_sink {
-    bool full; /* also wants histograms and maps */
-    /* Why results are missing: the first failure. NULL: none are. */
-    const char *failed;
-    /* Opens a group within the present one; closes it */
-    void (*open)(struct mill_sink *sink, const char *name);
+    bool full;                                              /* also wants histograms and maps */
+    const char *failed;                                     /* first failure; NULL: none */
+    void (*open)(struct mill_sink *sink, const char *name); /* a group within the present one */
     void (*close)(struct mill_sink *sink);
     /* values: C order, dims[rank] (NULL at rank 0 = a scalar) */
     void (*values)(struct mill_sink *sink, const char *name, enum mill_h5_type type, int rank,

@@ -25,8 +25,7 @@ struct mill_tally_progress {
     uint64_t portions;   /* complete ones */
     enum mill_tally_end ended;
     struct mill_precision_known known;
-    /* the world's account at the start and at the end of the window */
-    struct mill_account at_begin, at_end;
+    struct mill_account at_begin, at_end; /* the world's at the start and the end of the window */
 };
 
 struct mill_tally {
@@ -49,9 +48,8 @@ struct mill_tally {
     struct mill_precision batches;
     uint64_t before[MILL_SPECTRUM_SLOTS]; /* impacts by speed at the end of the last batch */
     struct mill_gathered portion[MILL_TALLY_PORTIONS];
-    /* the starts of the run that results are made of, at the same time; the first is this one */
     unsigned long seed; /* of this start */
-    int starts;
+    int starts; /* of the run that results are made of, at the same time; the first is this one */
     const struct mill_tally *start[MILL_PRECISION_STARTS];
 };
 
@@ -68,10 +66,6 @@ static inline double mill_tally_snapshot(const struct mill_tally *tally, unsigne
 double mill_tally_contact(const struct mill_world *world);
 
 /* ---- results ---- */
-
-/* Part of all impacts at the rebound floor, in a container that moves: then balls rest on its wall
- * and keep their first arrangement, and no error of a single start is right (docs/physics.md) */
-#define MILL_TALLY_RESTING 0.4
 
 enum { MILL_TALLY_TURNS = 10 }; /* periods of a run in which a start-up is looked for */
 enum { MILL_TALLY_LEVELS = 10 };
@@ -102,35 +96,26 @@ enum mill_tally_doubt {
 /* Results of the windows of all starts, as if the run ended now. If the window has not begun, the
  * duration is 0 and the statistics are empty. Accounts are sums over the starts. */
 struct mill_tally_results {
-    /* sources of the results; they must outlive the results, unchanged */
-    const struct mill_tally *tally;
+    const struct mill_tally *tally; /* tally and world must outlive the results, unchanged */
     const struct mill_world *world;
-    /* known: values are of the whole window, errors from its batches */
-    struct mill_tally_progress at;
-    double begin, duration; /* [s] of the window; of all starts together */
-    uint64_t from;          /* its first batch */
-    /* number of the row for all kinds together; it follows those of the kinds */
-    int all;
-    struct mill_gathered sums; /* speeds: [all + 1] */
-    struct mill_listed kinds;  /* those of the mill: only their rows are filled */
+    struct mill_tally_progress at; /* known: values of the whole window, errors from its batches */
+    double begin, duration;        /* [s] of the window; of all starts together */
+    uint64_t from;                 /* its first batch */
+    int all;                       /* row of all kinds together, after those of the kinds */
+    struct mill_gathered sums;     /* speeds: [all + 1] */
+    struct mill_listed kinds;      /* those of the mill: only their rows are filled */
     struct mill_tally_row impacts[MILL_PRECISION_ROWS], strikes[MILL_PRECISION_ROWS];
-    /* [m/s] from here on nothing depends on the rebound floor; MILL_TALLY_FAST or more */
-    double above_floor;
-    double floor_share[MILL_PRECISION_ROWS]; /* of the impacts in the window, those at which the
-                                                rebound floor acted; NaN when there were none */
-    /* [W] part of the drive's power that goes to pressed balls; NaN at duration 0 */
-    double pinch_power;
-    /* Why there are no errors: only one start, or fewer than their scatter needs, or a drift */
-    enum mill_tally_doubt doubt;
+    double above_floor; /* [m/s] MILL_TALLY_FAST or more: nothing depends on the rebound floor */
+    double floor_share[MILL_PRECISION_ROWS]; /* impacts at the rebound floor; NaN: there are none */
+    double
+        pinch_power; /* [W] part of the drive's power that goes to pressed balls; NaN: not known */
+    enum mill_tally_doubt doubt; /* why there are no errors */
     struct mill_energies_hard is_hard;
     struct mill_spread_mean charge[MILL_CHARGE_NUMBERS]; /* if the mill tumbles */
     struct mill_charge_sum charge_sum;
-    /* hard impacts: [1/s], and [1/J] of work of the drive; NaN: no drive does work */
-    struct mill_spread_mean hard, hard_per_joule;
-    /* account at the start of the window's last tenth, rounded to a batch */
-    struct mill_account late;
-    /* the start-up is over, and both quantities have the accuracy that was asked for */
-    bool reached;
+    struct mill_spread_mean hard, hard_per_joule; /* [1/s], [1/J] of the drive's work, or NaN */
+    struct mill_account late; /* at the start of the window's last tenth, rounded to a batch */
+    bool reached;             /* the accuracy that was asked for, after the start-up */
 };
 
 /* Computes them at local time t of the world. Owner: the caller. MILL_FAILED: out of memory. */

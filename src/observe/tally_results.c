@@ -172,12 +172,16 @@ static void sum_charge(struct mill_tally_results *r)
                             t->blocks.blocks + 1, &r->charge_sum, r->charge);
 }
 
+/* Part of all impacts at the rebound floor, in a container that moves: then balls rest on its wall
+ * and keep their first arrangement, and no error of a single start is right (docs/physics.md) */
+#define RESTING 0.4
+
 /* Without an error a number says how it is not known; with a wrong one it misleads. */
 static void doubt(struct mill_tally_results *r)
 {
     /* where no floor acts (soft spheres, other programs) it does not tell */
     const double share = r->floor_share[r->all];
-    const bool rests = r->world->soft.on || !(share > 0) || share > MILL_TALLY_RESTING;
+    const bool rests = r->world->soft.on || !(share > 0) || share > RESTING;
     const bool moves = r->world->container.motion && rests;
     const int starts = r->tally->starts;
     r->doubt = starts < r->tally->asked.starts         ? MILL_TALLY_FIRST_OF_ALL

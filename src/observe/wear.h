@@ -33,8 +33,7 @@ struct mill_wear_part {
     int n[3];
     double from[3], size[3], per[3]; /* [m], [m], [1/m] of the lattice */
     int *joined; /* [n[1]] of a round part: cells along the angle that are one, near to the axis */
-    int32_t
-        *cell; /* [n[0]][n[1]][n[2]][6] number of the facet; -1: nothing of the surface is there */
+    int32_t *cell; /* [n[0]][n[1]][n[2]][6] number of the facet; -1: no surface is there */
 };
 
 struct mill_contour;
@@ -50,8 +49,7 @@ struct mill_wear_plan {
     const struct mill_world *world;
     const struct mill_contour *contour; /* that holds the balls; NULL: no contour does */
     double *along;                      /* [m] from its first corner to the ends of its pieces */
-    struct mill_pose start[MILL_MOTIONS_MOST + 1]; /* of what stands still, and of the motions, at
-                                                      t = 0 */
+    struct mill_pose start[MILL_MOTIONS_MOST + 1]; /* at t = 0: what stands still, the motions */
 };
 
 /* Makes the plan's facets. false: out of memory. The caller frees the plan in both cases. */

@@ -19,8 +19,8 @@ enum mill_draft_way {
 
 /* Other modules only read it. */
 struct mill_draft {
-    /* longer than any path that the system accepts: a cut one is refused */
-    char path[4104], part[4112], new[4112], lock[4112];
+    char path[4104], part[4112], new[4112],
+        lock[4112]; /* longer than paths can be: they are refused */
     const char *begins;
     const char *obstacle; /* the one of these names that is in the way; NULL: none */
     int fd;               /* of PATH.part, for reading and writing; -1: none is open */

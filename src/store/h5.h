@@ -128,9 +128,7 @@ struct mill_h5_layout {
     enum mill_h5_type type;
     int rank;       /* of one row, 0 = one number */
     size_t dims[2]; /* of one row */
-    /* number of rows that are stored together; they are gathered before they are written; 0: about
-     * 64 KiB, at most 1024 */
-    size_t chunk;
+    size_t chunk;   /* rows that are written and stored together; 0: about 64 KiB, at most 1024 */
     const char *unit, *description;
     bool plain; /* neither shuffled nor deflated: for data that hardly become smaller */
 };

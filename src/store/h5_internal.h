@@ -13,10 +13,9 @@ enum { MILL_H5_PATH = 1024, MILL_H5_DEPTH = 32 /* groups within each other, at m
 struct mill_h5 {
     struct mill_draft draft; /* not open if the file is only read */
     hid_t id;
-    hid_t text;             /* type: text of variable length in UTF-8 */
-    hid_t transfer, simple; /* properties of most transfers, of most datasets */
-    /* MILL_OK until the first failure; after it the file is spent */
-    enum mill_status status;
+    hid_t text;                     /* type: text of variable length in UTF-8 */
+    hid_t transfer, simple;         /* properties of most transfers, of most datasets */
+    enum mill_status status;        /* MILL_OK until the first failure; then the file is spent */
     struct mill_error cause;        /* of the first failure */
     struct mill_h5_column *columns; /* all open columns */
     /* The group that the last new object is in, "" for the root, and the open groups on the way to
