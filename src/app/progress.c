@@ -106,10 +106,8 @@ static void show_object(struct mill_progress_display *display, const struct mill
     for (size_t k = 0; k < sizeof numbers / sizeof *numbers; k++)
         fprintf(display->out, isfinite(numbers[k].value) ? ", \"%s\": %.9g" : ", \"%s\": null",
                 numbers[k].name, numbers[k].value);
-    fprintf(display->out, ", \"what\": \"%s\"}\n",
-            now->stage   ? now->stage
-            : now->known ? now->known
-                         : "");
+    const char *what = now->stage ? now->stage : now->known ? now->known : "";
+    fprintf(display->out, ", \"what\": \"%s\"}\n", what);
 }
 
 void mill_progress_show(struct mill_progress_display *display, const struct mill_progress *now)

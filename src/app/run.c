@@ -132,13 +132,12 @@ static void show(const struct run *r, bool begins, const char *state)
     /* not before run.sample_from, and not during the start-up if it is to be cut off */
     const bool samples =
         tally->at.open && (!tally->search || tally->at.settled || !(tally->asked.precision > 0));
+    const char *now = samples ? "sampling" : "settling";
     struct mill_progress p = {.end = r->deck->observe.end,
                               .early = mill_forecast_early(r->first->world),
                               .wall = mill_record_clock(CLOCK_MONOTONIC) - r->order->display.began,
                               .begins = begins,
-                              .state = state     ? state
-                                       : samples ? "sampling"
-                                                 : "settling",
+                              .state = state ? state : now,
                               .known = mill_summary_known(&r->first->observers)};
     for (int n = 0; n < r->starts.count; n++) {
         const struct mill_starts_one *one = &r->starts.one[n];
@@ -205,12 +204,9 @@ static struct mill_record_cost cost_of(const struct run *r)
 static struct mill_facts facts_of(struct run *r, const char *status, struct mill_world *sum)
 {
     const bool asked = r->deck->observe.precision > 0 || r->deck->observe.max_collisions > 0;
-    static const char *const ends[] = {[MILL_TALLY_TIME] = "time",
-                                       [MILL_TALLY_PRECISION] = "precision",
-                                       [MILL_TALLY_COLLISIONS] = "max_collisions"};
-    const char *by = strcmp(status, "complete") != 0
-                         ? "none"
-                         : ends[mill_observers_tally(&r->first->observers)->at.ended];
+    static const char *const ends[] = {"time", "precision", "max_collisions"}; /* mill_tally_end */
+    const struct mill_tally *tally = mill_observers_tally(&r->first->observers);
+    const char *by = strcmp(status, "complete") != 0 ? "none" : ends[tally->at.ended];
     struct mill_facts facts = {.status = status,
                                .ended_by = asked ? by : NULL,
                                .time = mill_sim_time(r->first->sim),

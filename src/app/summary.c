@@ -34,11 +34,10 @@ const char *mill_summary_known(const struct mill_observers *observers)
 static void print_end(const struct mill_summary *s)
 {
     const struct mill_tally_results *r = s->results;
-    const char *time = mill_summary_text_si(s->facts->time, "s");
+    const char *time = mill_summary_si(s->facts->time, "s");
     const bool open = r->tally->asked.precision == 0 && r->tally->collisions == UINT64_MAX;
     if (r->tally->search && r->begin > 0)
-        fprintf(s->out, "left out the first %s (%s by MSER-5)%s",
-                mill_summary_text_si(r->begin, "s"),
+        fprintf(s->out, "left out the first %s (%s by MSER-5)%s", mill_summary_si(r->begin, "s"),
                 r->at.settled ? "start-up" : "best guess of the start-up", open ? "\n" : ", ");
     if (open && r->tally->search && r->at.open && r->begin == 0 &&
         r->at.over < MILL_TALLY_TURNS * s->world->period && isfinite(s->world->period))
@@ -51,7 +50,7 @@ static void print_end(const struct mill_summary *s)
         fprintf(s->out, "stopped at %s", time);
     else if (r->tally->at.ended == MILL_TALLY_COLLISIONS)
         fprintf(s->out, "run.max_collisions = %s reached at %s",
-                mill_summary_text_si((double)r->tally->collisions, ""), time);
+                mill_summary_si((double)r->tally->collisions, ""), time);
     else
         fprintf(s->out, "run.time = %s reached", time);
     if (r->tally->asked.precision > 0)
@@ -81,8 +80,7 @@ static void print_drive(const struct mill_summary *s)
     const struct mill_spread_mean specific = {known->drive.value / mass, known->drive.error / mass,
                                               0};
     mill_summary_line(s->out, rotor ? "rotor power" : "drive power", "%s, %s of balls\n",
-                      mill_summary_text_mean(&known->drive, "W"),
-                      mill_summary_text_mean(&specific, "W/kg"));
+                      mill_summary_mean(&known->drive, "W"), mill_summary_mean(&specific, "W/kg"));
     if (isnan(known->drive.error) && r->doubt == MILL_TALLY_KNOWN) {
         mill_summary_line(s->out, "", "(its error is not known: %.3g %s%s", times,
                           rotor ? "revolution" : "period", fabs(times - 1) < 5e-3 ? "" : "s");
@@ -92,18 +90,17 @@ static void print_drive(const struct mill_summary *s)
     }
     if (rotor || (world->motions == 1 && !isnan(known->motion_torque[0].value)))
         mill_summary_line(s->out, rotor ? "rotor torque" : "drive torque", "%s\n",
-                          mill_summary_text_mean(&known->motion_torque[0], "N m"));
+                          mill_summary_mean(&known->motion_torque[0], "N m"));
     for (int k = 0; world->motions > 1 && k < world->motions; k++) {
         const bool turns = !isnan(known->motion_torque[k].value);
         mill_summary_line(s->out, world->motion_name[k], "%s%s%s\n",
-                          mill_summary_text_mean(&known->motion_power[k], "W"),
-                          turns ? ", torque " : "",
-                          turns ? mill_summary_text_mean(&known->motion_torque[k], "N m") : "");
+                          mill_summary_mean(&known->motion_power[k], "W"), turns ? ", torque " : "",
+                          turns ? mill_summary_mean(&known->motion_torque[k], "N m") : "");
     }
     if (r->pinch_power > 0)
         mill_summary_line(
             s->out, "pinches", "%s (%.2g %%) go to balls that parts press; harmless below 20 %%\n",
-            mill_summary_text_si(r->pinch_power, "W"), 100 * r->pinch_power / known->drive.value);
+            mill_summary_si(r->pinch_power, "W"), 100 * r->pinch_power / known->drive.value);
 }
 
 /* Prints where the power goes: by direction, and by kind, the largest first. */
@@ -148,8 +145,8 @@ static const char *text_rate(const struct mill_spread_mean *rate, double time)
 {
     const double count = rate->value * time;
     return count > 0.5 && count < MILL_SPREAD_SEEN - 0.5
-               ? mill_summary_text("%.0f seen in %s,", count, mill_summary_text_si(time, "s"))
-               : mill_summary_text_mean(rate, "/s");
+               ? mill_summary_text("%.0f seen in %s,", count, mill_summary_si(time, "s"))
+               : mill_summary_mean(rate, "/s");
 }
 
 /* Prints the hard impacts: those that were asked for, or those that lose half of the energy. */
@@ -163,13 +160,13 @@ static void print_hard(const struct mill_summary *s)
                           text_rate(&known->fast[r->all][ABOVE_1], r->duration));
         return;
     }
-    mill_summary_line(
-        s->out, "hard impacts", "%s of %s%s%s or more%s\n", text_rate(&r->hard, r->duration),
-        mill_summary_text_si(r->is_hard.energy, "J"), r->is_hard.sort > 0 ? " " : "",
-        r->is_hard.sort > 0 ? sort : "", isnan(r->tally->asked.hard) ? ": half the losses" : "");
+    mill_summary_line(s->out, "hard impacts", "%s of %s%s%s or more%s\n",
+                      text_rate(&r->hard, r->duration), mill_summary_si(r->is_hard.energy, "J"),
+                      r->is_hard.sort > 0 ? " " : "", r->is_hard.sort > 0 ? sort : "",
+                      isnan(r->tally->asked.hard) ? ": half the losses" : "");
     if (r->hard_per_joule.value * known->drive.value * r->duration > MILL_SPREAD_SEEN - 0.5)
         mill_summary_line(s->out, "", "%s of work of the drive\n",
-                          mill_summary_text_mean(&r->hard_per_joule, "/J"));
+                          mill_summary_mean(&r->hard_per_joule, "/J"));
 }
 
 /* Prints where the charge of a tumbling mill is: "146.4 +- 3.3", "-" for NaN. Angles are printed
@@ -204,12 +201,12 @@ static void print_means(const struct mill_summary *s)
     print_charge(s);
     print_hard(s);
     mill_summary_line(s->out, "median v_n", "%s above %s, %s of all\n",
-                      mill_summary_text_mean(&known->median_fast, "m/s"),
+                      mill_summary_mean(&known->median_fast, "m/s"),
                       mill_summary_text("%.3g mm/s", 1e3 * r->above_floor),
-                      mill_summary_text_mean(&known->median, "m/s"));
+                      mill_summary_mean(&known->median, "m/s"));
     if (known->median.value < r->above_floor && r->above_floor > 1.01 * MILL_TALLY_FAST)
         mill_summary_line(s->out, "", "(of all: set by the rebound floor of %s)\n",
-                          mill_summary_text_si(s->world->rebound_floor, "m/s"));
+                          mill_summary_si(s->world->rebound_floor, "m/s"));
     print_losses(s);
 }
 
@@ -219,9 +216,8 @@ static void print_window(const struct mill_summary *s)
     const bool rotor = s->world->motions == 1 && s->world->rotor == 0;
     const bool apart = r->tally->starts >= MILL_SPREAD_SEVERAL;
     const double each = r->duration / r->tally->starts, times = each / s->world->period;
-    mill_summary_line(s->out, "sampled", "for %s, from %s to %s", mill_summary_text_si(each, "s"),
-                      mill_summary_text_si(r->begin, "s"),
-                      mill_summary_text_si(r->begin + each, "s"));
+    mill_summary_line(s->out, "sampled", "for %s, from %s to %s", mill_summary_si(each, "s"),
+                      mill_summary_si(r->begin, "s"), mill_summary_si(r->begin + each, "s"));
     if (times > 0)
         fprintf(s->out, " (%.3g %s%s)", times, rotor ? "revolution" : "period",
                 fabs(times - 1) < 5e-3 ? "" : "s");
@@ -257,7 +253,7 @@ static void print_anomalies(FILE *out, const struct mill_counts *counts, double 
             comma = ",";
         }
     if (counts->overlaps > 0)
-        fprintf(out, " (up to %s)", mill_summary_text_si(counts->largest_overlap, "m"));
+        fprintf(out, " (up to %s)", mill_summary_si(counts->largest_overlap, "m"));
     fprintf(out, *comma ? "\n" : " none\n");
 }
 
@@ -265,10 +261,10 @@ static void print_soft(const struct mill_summary *s)
 {
     const struct mill_soft_facts *facts = &s->world->soft_facts;
     mill_summary_line(s->out, "soft spheres", "modulus %s, steps of %s",
-                      mill_summary_text_si(s->world->soft.modulus, "Pa"),
-                      mill_summary_text_si(facts->step, "s"));
+                      mill_summary_si(s->world->soft.modulus, "Pa"),
+                      mill_summary_si(facts->step, "s"));
     fprintf(s->out, ", pressed in by up to %s\n",
-            mill_summary_text_si(s->world->counts.largest_overlap, "m"));
+            mill_summary_si(s->world->counts.largest_overlap, "m"));
     if (facts->contacts > 0)
         mill_summary_line(s->out, "", "%.0f %% of the contacts beside another one of the ball\n",
                           100.0 * (double)facts->crowded / (double)facts->contacts);
@@ -279,14 +275,14 @@ static void print_state(const struct mill_summary *s, const struct mill_totals *
     if (s->world->soft.on)
         print_soft(s);
     mill_summary_line(s->out, "kinetic energy", "%s at the end, and %s in the balls' spin\n",
-                      mill_summary_text_si(totals->energy.kinetic, "J"),
-                      mill_summary_text_si(totals->energy.rotational, "J"));
+                      mill_summary_si(totals->energy.kinetic, "J"),
+                      mill_summary_si(totals->energy.rotational, "J"));
     if (s->world->counts.asleep > 0)
         mill_summary_line(s->out, "at rest", "%lld of %ld balls asleep at the end\n",
                           (long long)s->world->counts.asleep, (long)s->world->balls);
     mill_summary_line(s->out, "solver", "energy error %s of %s",
-                      mill_summary_text_si(totals->balance_error, "J"),
-                      mill_summary_text_si(totals->turnover, "J"));
+                      mill_summary_si(totals->balance_error, "J"),
+                      mill_summary_si(totals->turnover, "J"));
     if (totals->turnover > 0)
         fprintf(s->out, " (%.1e)", totals->balance_error / totals->turnover);
     fprintf(s->out, "; anomalies:");
@@ -325,13 +321,12 @@ static void print_all(const struct mill_summary *s)
     print_means(s);
     mill_summary_table(s);
     print_state(s, &totals);
-    mill_summary_line(
-        s->out, "speed", "%s contacts per CPU second, %s simulated per s\n",
-        mill_summary_text_si(cpu > 0 ? (double)totals.contacts / cpu : (double)NAN, ""),
-        mill_summary_text_si(wall > 0 ? starts * facts->time / wall : (double)NAN, "s"));
+    mill_summary_line(s->out, "speed", "%s contacts per CPU second, %s simulated per s\n",
+                      mill_summary_si(cpu > 0 ? (double)totals.contacts / cpu : (double)NAN, ""),
+                      mill_summary_si(wall > 0 ? starts * facts->time / wall : (double)NAN, "s"));
     mill_summary_line(s->out, "cost", "%s wall, %s CPU%s, %s memory at most\n",
-                      mill_summary_text_si(wall, "s"), mill_summary_text_si(cpu, "s"), threads,
-                      mill_summary_text_si(facts->peak_memory, "B"));
+                      mill_summary_si(wall, "s"), mill_summary_si(cpu, "s"), threads,
+                      mill_summary_si(facts->peak_memory, "B"));
     mill_summary_line(s->out, "output", "%s", "");
     mill_record_name(s->out, facts->output);
     fputc('\n', s->out);
@@ -340,7 +335,7 @@ static void print_all(const struct mill_summary *s)
             print_note(s->out, s->notes.note[i].text);
     fprintf(s->out, "\nmillsim %s ", facts->version);
     mill_record_name(s->out, facts->deck);
-    fprintf(s->out, ": %s%.6g s in %s wall, ", many, facts->time, mill_summary_text_si(wall, "s"));
+    fprintf(s->out, ": %s%.6g s in %s wall, ", many, facts->time, mill_summary_si(wall, "s"));
     if (anomalies > 0)
         fprintf(s->out, "%llu anomal%s\n", anomalies, anomalies == 1 ? "y" : "ies");
     else

@@ -42,10 +42,10 @@ enum { MILL_SUMMARY_WIDTH = 80, MILL_SUMMARY_LABEL = 15 };
 const char *mill_summary_text(const char *format, ...) __attribute__((format(printf, 1, 2)));
 
 /* "12.34 mm/s", "8.956 million/s": four significant digits with a suitable prefix; "-" for NaN */
-const char *mill_summary_text_si(double value, const char *unit);
+const char *mill_summary_si(double value, const char *unit);
 
 /* Mean and error, "8.213 +- 0.090 N m". An error that would be printed as 0 gets more digits. */
-const char *mill_summary_text_mean(const struct mill_spread_mean *mean, const char *unit);
+const char *mill_summary_mean(const struct mill_spread_mean *mean, const char *unit);
 
 /* Prints a label at the left, or "" below it, and a text beside it. */
 void mill_summary_line(FILE *out, const char *label, const char *format, ...)

@@ -50,7 +50,7 @@ static bool fits(double value, const char *unit, struct scale *scale)
     return true;
 }
 
-const char *mill_summary_text_si(double value, const char *unit)
+const char *mill_summary_si(double value, const char *unit)
 {
     struct scale scale;
     if (isnan(value))
@@ -65,12 +65,12 @@ const char *mill_summary_text_si(double value, const char *unit)
                              *scale.prefix || *unit ? " " : "", scale.prefix, unit);
 }
 
-const char *mill_summary_text_mean(const struct mill_spread_mean *mean, const char *unit)
+const char *mill_summary_mean(const struct mill_spread_mean *mean, const char *unit)
 {
     struct scale scale;
     const double most = fmax(fabs(mean->value), mean->error);
     if (isnan(mean->value) || isnan(mean->error) || !fits(most, unit, &scale))
-        return mill_summary_text_si(mean->value, unit);
+        return mill_summary_si(mean->value, unit);
     while (mean->error > 0 && scale.decimals < 9 &&
            mean->error / scale.one < pow(10, -scale.decimals))
         scale.decimals++;
@@ -117,8 +117,8 @@ static void print_species(const struct mill_world *world, int32_t species, FILE 
         mill_summary_line(out, "balls", "%ld, ", count);
     else
         mill_summary_line(out, world->species[species].name, "%ld of %s, ", count,
-                          mill_summary_text_si(2 * world->species[species].radius, "m"));
-    fprintf(out, "%s", mill_summary_text_si(1e3 * mass, "g"));
+                          mill_summary_si(2 * world->species[species].radius, "m"));
+    fprintf(out, "%s", mill_summary_si(1e3 * mass, "g"));
     if (room > 0)
         fprintf(out,
                 species < 0 ? ": %.3g %% of the free room, %.3g %% with 40 %% voids"
@@ -165,7 +165,7 @@ static void print_motions(const struct mill_world *world, const struct mill_deck
             continue;
         mill_summary_line(out, world->motion_name[k], "%s %s",
                           k == world->rotor ? "tip speed" : "surfaces at up to",
-                          mill_summary_text_si(speed, "m/s"));
+                          mill_summary_si(speed, "m/s"));
         if (g > 0)
             fprintf(out, ", Froude number %.3g", acceleration / g);
         fputc('\n', out);
@@ -287,6 +287,6 @@ void mill_summary_table(const struct mill_summary *s)
     if (r->tally->pairs.window > 0)
         fprintf(s->out, "%-*s %12llu %11s  impacts of a pair within %s are one\n", name, "strikes",
                 (unsigned long long)strikes->count, cell(strikes->rate, rate),
-                mill_summary_text_si(r->tally->pairs.window, "s"));
+                mill_summary_si(r->tally->pairs.window, "s"));
     fputc('\n', s->out);
 }

@@ -6,22 +6,20 @@
 #include "observe/sink.h"
 
 #define PAIR "; by species of the ball, and between balls by that of the other, which is no lower"
-#define BINS(member)                                                                               \
-    offsetof(struct mill_energies_pair, member), MILL_ENERGIES_BINS,                               \
-        sizeof(((struct mill_energies_pair *)0)->member)
-#define BY_NORMAL(member)                                                                          \
-    offsetof(struct mill_energies_pair, normal[0].member), MILL_ENERGIES_BINS,                     \
-        sizeof(((struct mill_energies_pair *)0)->normal[0])
+#define AT(member) offsetof(struct mill_energies_pair, member), MILL_ENERGIES_BINS
+enum { BY_NORMAL = sizeof(((struct mill_energies_pair *)0)->normal[0]), ONE = sizeof(uint64_t) };
+enum { SORTS = MILL_ENERGIES_SORTS, COARSE = MILL_ENERGIES_COARSE, BLOCKS = MILL_ENERGIES_BLOCKS };
+enum { BINS = MILL_ENERGIES_BINS };
 
 static const struct mill_sum sum_of[] = {
     {"normal", "1", "impacts by m* v_n^2 / 2, with the normal speed just before" PAIR, MILL_H5_U64,
-     BY_NORMAL(count)},
+     AT(normal[0].count), BY_NORMAL},
     {"total", "1", "impacts by m* (v_n^2 + v_t^2) / 2, with normal and slip speed just before" PAIR,
-     MILL_H5_U64, BINS(total[0])},
-    {"dissipated", "1", "impacts by the energy dissipated" PAIR, MILL_H5_U64, BINS(dissipated[0])},
+     MILL_H5_U64, AT(total), ONE},
+    {"dissipated", "1", "impacts by the energy dissipated" PAIR, MILL_H5_U64, AT(dissipated), ONE},
     {"dissipation", "J", "energy dissipated by those of each bin of `normal`", MILL_H5_F64,
-     BY_NORMAL(dissipation)}};
-/* the first MILL_ENERGIES_SORTS count energies; from DISSIPATED on: energies lost */
+     AT(normal[0].dissipation), BY_NORMAL}};
+/* the first SORTS count energies; from DISSIPATED on: energies lost */
 enum { SUMS = sizeof sum_of / sizeof *sum_of, DISSIPATED = 2 };
 
 const struct mill_sums_list mill_energies_sums = {"energies", sizeof(struct mill_energies_pair),
@@ -57,7 +55,7 @@ void mill_energies_free(struct mill_energies *e)
 
 double mill_energies_cost(const struct mill_energies *e)
 {
-    const size_t blocks = MILL_ENERGIES_BLOCKS * MILL_ENERGIES_SORTS * MILL_ENERGIES_COARSE;
+    const size_t blocks = BLOCKS * SORTS * COARSE;
     return (double)(e->pairs - (size_t)e->world->kinds.count) *
            (double)(sizeof(struct mill_energies_pair) + blocks * sizeof(int32_t));
 }
@@ -66,7 +64,7 @@ double mill_energies_cost(const struct mill_energies *e)
 
 double mill_energies_edge(int i)
 {
-    if (i < 1 || i >= MILL_ENERGIES_BINS)
+    if (i < 1 || i >= BINS)
         return i < 1 ? -INFINITY : INFINITY;
     return ldexp(1 + (i - 1) % 16 / 16.0, MILL_ENERGIES_LOWEST + (i - 1) / 16) /
            MILL_ENERGIES_MILLI;
@@ -76,9 +74,9 @@ double mill_energies_edge(int i)
 static double part_above(int bin, double energy)
 {
     const double low = mill_energies_edge(bin), high = mill_energies_edge(bin + 1);
-    return energy <= low || bin == MILL_ENERGIES_BINS - 1 ? energy <= low
-           : energy >= high || bin == 0                   ? 0
-                                                          : log(high / energy) / log(high / low);
+    return energy <= low || bin == BINS - 1 ? energy <= low
+           : energy >= high || bin == 0     ? 0
+                                            : log(high / energy) / log(high / low);
 }
 
 static size_t coarse(int bin)
@@ -96,9 +94,9 @@ static uint64_t count_in(const struct mill_energies_pair *pair, int sort, int bi
 static double find_half(const struct mill_energies_pair *all, double *each)
 {
     double lost = 0, above = 0;
-    for (int i = 1; i < MILL_ENERGIES_BINS - 1; i++)
+    for (int i = 1; i < BINS - 1; i++)
         lost += all->normal[i].dissipation;
-    for (int i = MILL_ENERGIES_BINS - 2; i > 0 && lost > 0; i--) {
+    for (int i = BINS - 2; i > 0 && lost > 0; i--) {
         const double here = all->normal[i].dissipation, count = (double)all->normal[i].count;
         if (above + here >= 0.5 * lost && count > 0) {
             const double low = mill_energies_edge(i), high = mill_energies_edge(i + 1);
@@ -113,7 +111,7 @@ static double find_half(const struct mill_energies_pair *all, double *each)
 struct mill_energies_hard mill_energies_find_hard(const struct mill_energies_pair *pair,
                                                   size_t pairs, double asked, int sort)
 {
-    double each = 0, count[MILL_ENERGIES_COARSE] = {0};
+    double each = 0, count[COARSE] = {0};
     struct mill_energies_hard hard = {.energy = asked, .sort = sort};
     struct mill_energies_pair all = {.total = {0}}; /* pairs together */
     for (size_t i = 0; i < pairs; i++)
@@ -122,7 +120,7 @@ struct mill_energies_hard mill_energies_find_hard(const struct mill_energies_pai
         hard.sort = 0;
         hard.energy = find_half(&all, &each);
     }
-    for (int i = 0; i < MILL_ENERGIES_BINS && !isnan(hard.energy); i++) {
+    for (int i = 0; i < BINS && !isnan(hard.energy); i++) {
         const double here = (double)count_in(&all, hard.sort, i);
         const double part = part_above(i, hard.energy);
         hard.count += part * here;
@@ -132,7 +130,7 @@ struct mill_energies_hard mill_energies_find_hard(const struct mill_energies_pai
             hard.weight[coarse(i)] -= part * all.normal[i].dissipation / each;
     }
     hard.of_loss = each > 0 ? 0.5 / each : 0;
-    for (size_t i = 0; i < MILL_ENERGIES_COARSE; i++)
+    for (size_t i = 0; i < COARSE; i++)
         hard.weight[i] = count[i] > 0 ? hard.weight[i] / count[i] : 0;
     return hard;
 }
@@ -181,10 +179,10 @@ void mill_energies_tell(const struct mill_energies *e, const struct mill_sums *s
                         struct mill_sink *sink)
 {
     const size_t species = (size_t)e->world->species_count;
-    double edge[MILL_ENERGIES_BINS + 1];
-    for (int i = 0; i <= MILL_ENERGIES_BINS; i++)
+    double edge[BINS + 1];
+    for (int i = 0; i <= BINS; i++)
         edge[i] = mill_energies_edge(i);
-    mill_tell_array(sink, "edges", MILL_ENERGIES_BINS + 1, edge, "J",
+    mill_tell_array(sink, "edges", BINS + 1, edge, "J",
                     "edges of the bins: 2^k (1 + j/16) mJ with k = -44..19, j = 0..15, and 2^20 "
                     "mJ, between infinities; bin i is edges[i] <= E < edges[i+1]");
     if (e->classes < species)
@@ -199,14 +197,14 @@ void mill_energies_tell(const struct mill_energies *e, const struct mill_sums *s
 /* Counts of one block */
 static size_t size_of(const struct mill_energies_blocks *b)
 {
-    return b->pairs * MILL_ENERGIES_SORTS * MILL_ENERGIES_COARSE;
+    return b->pairs * SORTS * COARSE;
 }
 
 bool mill_energies_blocks_init(struct mill_energies_blocks *b, size_t pairs)
 {
     *b = (struct mill_energies_blocks){.pairs = pairs, .length = 1};
     b->before = calloc(size_of(b), sizeof *b->before);
-    b->count = calloc(MILL_ENERGIES_BLOCKS * size_of(b), sizeof *b->count);
+    b->count = calloc(BLOCKS * size_of(b), sizeof *b->count);
     return b->before && b->count;
 }
 
@@ -249,29 +247,27 @@ void mill_energies_blocks_close(struct mill_energies_blocks *b,
 {
     int32_t *to = b->count + b->blocks * size_of(b);
     uint64_t *last = b->before;
-    for (size_t i = 0; i < b->pairs * MILL_ENERGIES_SORTS; i++) {
-        uint64_t now[MILL_ENERGIES_COARSE] = {0};
-        for (int bin = 0; bin < MILL_ENERGIES_BINS; bin++)
-            now[coarse(bin)] +=
-                count_in(pair + i / MILL_ENERGIES_SORTS, (int)(i % MILL_ENERGIES_SORTS), bin);
-        for (size_t k = 0; k < MILL_ENERGIES_COARSE; k++, last++) {
+    for (size_t i = 0; i < b->pairs * SORTS; i++) {
+        uint64_t now[COARSE] = {0};
+        for (int bin = 0; bin < BINS; bin++)
+            now[coarse(bin)] += count_in(pair + i / SORTS, (int)(i % SORTS), bin);
+        for (size_t k = 0; k < COARSE; k++, last++) {
             *to++ = count_of(now[k] - *last);
             *last = now[k];
         }
     }
-    if (++b->blocks == MILL_ENERGIES_BLOCKS)
+    if (++b->blocks == BLOCKS)
         join(b, period);
 }
 
 void mill_energies_blocks_weigh(const struct mill_energies_blocks *b, uint64_t first, int sort,
-                                const double weight[MILL_ENERGIES_COARSE],
-                                double series[MILL_ENERGIES_BLOCKS])
+                                const double weight[COARSE], double series[BLOCKS])
 {
     for (uint64_t k = first; k < b->blocks; k++, series++) {
-        const int32_t *count = b->count + k * size_of(b) + (size_t)sort * MILL_ENERGIES_COARSE;
+        const int32_t *count = b->count + k * size_of(b) + (size_t)sort * COARSE;
         *series = 0;
-        for (size_t i = 0; i < b->pairs; i++, count += MILL_ENERGIES_SORTS * MILL_ENERGIES_COARSE)
-            for (size_t bin = 0; bin < MILL_ENERGIES_COARSE; bin++)
+        for (size_t i = 0; i < b->pairs; i++, count += SORTS * COARSE)
+            for (size_t bin = 0; bin < COARSE; bin++)
                 *series += weight[bin] * count[bin];
     }
 }
@@ -280,7 +276,7 @@ void mill_energies_blocks_state(struct mill_energies_blocks *b, struct mill_stat
 {
     mill_state_structs(state, "block_length", sizeof b->length, 1, &b->length);
     mill_state_structs(state, "blocks", sizeof b->blocks, 1, &b->blocks);
-    if (b->blocks >= MILL_ENERGIES_BLOCKS || b->length == 0)
+    if (b->blocks >= BLOCKS || b->length == 0)
         mill_state_refuse(state, "the saved statistics are damaged");
     mill_state_structs(state, "block_before", sizeof *b->before, size_of(b), b->before);
     mill_state_field(state, "block_counts", MILL_FIELD_I32, b->blocks * size_of(b), b->count);
@@ -290,12 +286,12 @@ void mill_energies_blocks_tell(const struct mill_energies_blocks *const *blocks,
                                const struct mill_energies *e, const struct mill_precision *batches,
                                uint64_t from, struct mill_sink *sink)
 {
-    static const char of_blocks[] = "impacts of each block, as in the histogram of this name" PAIR;
+    static const char words[] = "impacts of each block, as in the histogram of this name" PAIR;
     const struct mill_energies_blocks *b = blocks[0];
     const uint64_t first = mill_energies_blocks_first(b, from);
-    const size_t size = size_of(b), bytes = MILL_ENERGIES_COARSE * sizeof(int32_t);
-    double edge[MILL_ENERGIES_COARSE + 1];
-    struct mill_sum sort_of[MILL_ENERGIES_SORTS];
+    const size_t size = size_of(b), bytes = COARSE * sizeof(int32_t);
+    double edge[COARSE + 1];
+    struct mill_sum sum[SORTS];
     if (first >= b->blocks)
         return;
     const bool one = starts >= MILL_SPREAD_SEVERAL;
@@ -308,17 +304,15 @@ void mill_energies_blocks_tell(const struct mill_energies_blocks *const *blocks,
                 int32_t *to = &rows[(s * each + (one ? 0 : k - first)) * size + i];
                 *to = count_of((uint64_t)*to + (uint64_t)blocks[s]->count[k * size + i]);
             }
-    for (size_t i = 0; i < MILL_ENERGIES_SORTS; i++)
-        sort_of[i] =
-            (struct mill_sum){sum_of[i].name,       "1",         of_blocks, MILL_H5_I32, i * bytes,
-                              MILL_ENERGIES_COARSE, sizeof *rows};
-    const struct mill_sums_list list = {"blocks", MILL_ENERGIES_SORTS * bytes, MILL_ENERGIES_SORTS,
-                                        sort_of};
-    for (int i = 0; i < MILL_ENERGIES_BINS; i++)
+    for (size_t i = 0; i < SORTS; i++)
+        sum[i] = (struct mill_sum){sum_of[i].name, "1",    words,       MILL_H5_I32,
+                                   i * bytes,      COARSE, sizeof *rows};
+    const struct mill_sums_list list = {"blocks", SORTS * bytes, SORTS, sum};
+    for (int i = 0; i < BINS; i++)
         edge[coarse(i)] = mill_energies_edge(i - (i > 0 ? (i - 1) % MILL_ENERGIES_JOINED : 0));
-    edge[MILL_ENERGIES_COARSE] = mill_energies_edge(MILL_ENERGIES_BINS);
+    edge[COARSE] = mill_energies_edge(BINS);
     sink->open(sink, "blocks");
-    mill_tell_array(sink, "edges", MILL_ENERGIES_COARSE + 1, edge, "J",
+    mill_tell_array(sink, "edges", COARSE + 1, edge, "J",
                     "edges of the bins of the blocks: four bins of the histograms each");
     mill_tell_number(sink, "duration", one ? (double)(b->blocks - first) * length : length, "s",
                      "length of a block; each of four starts or more is a block");

@@ -14,16 +14,14 @@ enum {
     MILL_ENERGIES_LOWEST = -44, /* bins from 2^-44 mJ = 5.7e-17 J */
     MILL_ENERGIES_HIGHEST = 20, /* to 2^20 mJ = 1049 J */
     MILL_ENERGIES_INSIDE = (MILL_ENERGIES_HIGHEST - MILL_ENERGIES_LOWEST) * 16, /* 2^10 bins */
-    MILL_ENERGIES_BINS =
-        MILL_ENERGIES_INSIDE + 2, /* first: lower, also zero and negative; higher */
+    MILL_ENERGIES_BINS = MILL_ENERGIES_INSIDE + 2, /* first: lower, and <= 0; last: higher */
     MILL_ENERGIES_SHIFT = 52 - 4,
     MILL_ENERGIES_FIRST = (1023 + MILL_ENERGIES_LOWEST) * 16 - 1, /* leading bits of bin 0 */
     MILL_ENERGIES_SORTS = 3,  /* energies of an impact: normal, total, dissipated */
     MILL_ENERGIES_JOINED = 4, /* bins that are one in a block */
     MILL_ENERGIES_COARSE = MILL_ENERGIES_INSIDE / MILL_ENERGIES_JOINED + 2,
-    MILL_ENERGIES_BLOCKS =
-        108,                   /* then 2 or 3 are joined, so that 36 remain, which an error needs */
-    MILL_ENERGIES_CLASSES = 16 /* more species are counted in classes of about the same mass */
+    MILL_ENERGIES_BLOCKS = 108, /* then 2 or 3 are joined: 36 remain, which an error needs */
+    MILL_ENERGIES_CLASSES = 16  /* more species are counted in classes of about the same mass */
 };
 
 #define MILL_ENERGIES_MILLI 1e3 /* [mJ/J] */

@@ -15,7 +15,8 @@
 #define GROUP "/particles/trajectory"
 #define FIRST GROUP "/position"
 
-enum { POSITION, VELOCITY, SPIN, STATES, PATH = 160 };
+enum { POSITION, VELOCITY, SPIN, STATES, POSE = STATES, TWIST = POSE + 2, ELEMENTS = TWIST + 2 };
+enum { PATH = 160 };
 
 struct frames {
     struct mill_observer observer;
@@ -33,23 +34,16 @@ static const struct element {
     enum mill_h5_type type;
     int rank;
     const char *name, *unit, *meaning;
-} state_of[STATES] = {
+} element_of[ELEMENTS] = {
     {MILL_H5_F32, 2, "position", "m", "centres of the balls: frame, ball, (x, y, z)"},
     {MILL_H5_F32, 2, "velocity", "m s-1", "velocities of the balls: frame, ball, (x, y, z)"},
     {MILL_H5_F32, 2, "angular_velocity", "rad s-1",
      "angular velocities of the balls: frame, ball, (x, y, z)"},
-};
-
-/* So a player needs no laws of motion */
-static const struct element pose_of[2] = {
+    /* of motions: so a player needs no laws of motion */
     {MILL_H5_F64, 1, "centre", "m", "where the frame's origin is: frame, (x, y, z)"},
     {MILL_H5_F64, 2, "rotation", "1",
      "axes of the frame, as columns: a point p of it is at centre + rotation p"},
-};
-
-/* How the frame moves in which the charge is steady: what a ball does in the mill is its velocity
- * minus that of this frame in its place */
-static const struct element twist_of[2] = {
+    /* what a ball does in the mill is its velocity minus that of this frame in its place */
     {MILL_H5_F64, 1, "frame_velocity", "m s-1",
      "velocity, at the origin, of the frame in which the charge is steady"},
     {MILL_H5_F64, 1, "frame_spin", "rad s-1", "angular velocity of this frame"},
@@ -121,7 +115,7 @@ static struct mill_h5_column *open_element(const struct frames *frames, const ch
     const struct mill_h5_layout layout = {of->type, of->rank,    {count, 3}, 0,
                                           of->unit, of->meaning, balls};
     char path[PATH];
-    for (int k = 0; k < 2 && of != state_of; k++) {
+    for (int k = 0; k < 2 && of != element_of; k++) {
         snprintf(path, sizeof path, "%s/%s/%s", group, of->name, k ? "time" : "step");
         mill_h5_link(frames->file, k ? FIRST "/time" : FIRST "/step", path);
     }
@@ -139,12 +133,12 @@ static void open_columns(struct frames *frames, const struct mill_world *world)
     frames->step = mill_h5_column_create(file, FIRST "/step", &shared[0], frames->rows);
     frames->time = mill_h5_column_create(file, FIRST "/time", &shared[1], frames->rows);
     for (int i = 0; i < STATES; i++)
-        frames->value[i] = open_element(frames, GROUP, &state_of[i], (size_t)world->balls);
+        frames->value[i] = open_element(frames, GROUP, &element_of[i], (size_t)world->balls);
     for (int k = 0; k < world->motions; k++) {
         char group[PATH - 32], from[PATH], to[PATH];
         snprintf(group, sizeof group, MILL_VTKHDF_POSE "%s", world->motion_name[k]);
         for (int i = 0; i < 2; i++)
-            frames->pose[k][i] = open_element(frames, group, &pose_of[i], 3);
+            frames->pose[k][i] = open_element(frames, group, &element_of[POSE + i], 3);
         /* MDAnalysis requires every group in a group of observables to be an element */
         for (int i = 0; i < 3; i++) {
             snprintf(from, sizeof from, "%s/rotation/%s", group, part[i]);
@@ -153,7 +147,7 @@ static void open_columns(struct frames *frames, const struct mill_world *world)
         }
     }
     for (int i = 0; i < 2 && world->container.mapped; i++)
-        frames->twist[i] = open_element(frames, "/observables", &twist_of[i], 3);
+        frames->twist[i] = open_element(frames, "/observables", &element_of[TWIST + i], 3);
 }
 
 /* In float64, by the functions that also resolve impacts, so that the numbers are the same */

@@ -6,14 +6,13 @@
 #include "store/h5.h"
 
 enum { CHUNK = 16384 }; /* rows */
-enum { TIME, KIND, BALL, PARTNER, POSITION, NORMAL, NORMAL_SPEED, TANGENTIAL_SPEED, LOSS, COLUMNS };
 
 static const struct {
     const char *path, *unit;
     enum mill_h5_type type;
     int rank; /* 0: a number, 1: three */
     const char *meaning;
-} table[COLUMNS] = {
+} table[] = {
     {"/impacts/time", "s", MILL_H5_F64, 0, "simulated time of the impact"},
     {"/impacts/kind", "1", MILL_H5_U8, 0, "kind of contact: index into the attribute kinds"},
     {"/impacts/ball", "1", MILL_H5_I32, 0, "number of the ball"},
@@ -28,6 +27,7 @@ static const struct {
     {"/impacts/tangential_speed", "m s-1", MILL_H5_F64, 0, "slip of the two surfaces just before"},
     {"/impacts/dissipation", "J", MILL_H5_F64, 0,
      "energy lost in the impact; negative where the rebound floor gave energy"}};
+enum { COLUMNS = sizeof table / sizeof *table };
 
 struct impactlog {
     struct mill_observer observer;
@@ -50,15 +50,16 @@ static enum mill_status log_impact(struct mill_observer *self, const struct mill
     const uint8_t kind = (uint8_t)log->kinds.number[impact->kind];
     const float position[3] = {(float)r->x, (float)r->y, (float)r->z};
     const float normal[3] = {(float)n->x, (float)n->y, (float)n->z};
-    const void *const row[COLUMNS] = {[TIME] = &impact->time,
-                                      [KIND] = &kind,
-                                      [BALL] = &impact->ball,
-                                      [PARTNER] = &impact->partner,
-                                      [POSITION] = position,
-                                      [NORMAL] = normal,
-                                      [NORMAL_SPEED] = &impact->normal_speed,
-                                      [TANGENTIAL_SPEED] = &impact->tangential_speed,
-                                      [LOSS] = &impact->dissipation};
+    /* in the order of the table */
+    const void *const row[COLUMNS] = {&impact->time,
+                                      &kind,
+                                      &impact->ball,
+                                      &impact->partner,
+                                      position,
+                                      normal,
+                                      &impact->normal_speed,
+                                      &impact->tangential_speed,
+                                      &impact->dissipation};
     if (impact->lasting)
         return MILL_OK;
     log->rows++;

@@ -164,10 +164,9 @@ bool mill_maps_init(struct mill_maps *maps, const struct mill_world *world)
         }
     }
     const double bore = drum ? gap_at(drum, 0, 0) : 0;
+    const double slice = maps->axial.size[0], ring = maps->axial.size[1];
     for (int i = 0; i < maps->axial.n[0] * RINGS; i++)
-        room[i] = i < RINGS
-                      ? ring_area(drum, towards, bore, maps->axial.size[1], i) * maps->axial.size[0]
-                      : room[i - RINGS];
+        room[i] = i < RINGS ? ring_area(drum, towards, bore, ring, i) * slice : room[i - RINGS];
     return true;
 }
 

@@ -39,7 +39,7 @@ struct block {
 /* (volume, flow) of a cell, or what is added to it */
 typedef double four __attribute__((vector_size(32), aligned(32), may_alias));
 
-/* Everything below is part of `sample`, which is compiled for several processors. */
+/* Everything below is part of mill_maps_sample(), which is compiled for several processors. */
 #define INLINE static inline __attribute__((always_inline))
 
 /* Loads up to BLOCK balls from number `first` on. Repeats the last one to round up their number. */
@@ -185,8 +185,7 @@ INLINE void add_axial(char *flow, const struct block *b, int i)
     !defined __SANITIZE_THREAD__
 __attribute__((target_clones("avx512f", "avx2", "default")))
 #endif
-static void
-sample(const struct mill_maps *maps, struct mill_map_flow *flow, const struct mill_world *world,
+void mill_maps_sample(const struct mill_maps *maps, struct mill_map_flow *flow, const struct mill_world *world,
        double t, double times)
 {
     const int cell = (int)sizeof *flow;
@@ -211,10 +210,4 @@ sample(const struct mill_maps *maps, struct mill_map_flow *flow, const struct mi
             add_axial(axial, &b, i);
         }
     }
-}
-
-void mill_maps_sample(const struct mill_maps *maps, struct mill_map_flow *flow,
-                      const struct mill_world *world, double t, double times)
-{
-    sample(maps, flow, world, t, times);
 }

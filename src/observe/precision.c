@@ -205,25 +205,26 @@ static struct mill_spread_mean tell_median(const struct mill_precision_set *set,
 /* ---- results of the batches ---- */
 
 #define FROM(member) offsetof(struct mill_account, member)
-#define OF_MOTION FROM(motion[1]) - FROM(motion[0]), false, 1
 #define TO(member) offsetof(struct mill_precision_known, member)
+#define MOTION(member, to)                                                                         \
+    MILL_PRECISION_MOTION, FROM(motion[0].member), FROM(motion[1]) - FROM(motion[0]), false, 1,    \
+        TO(to)
+#define KIND(member, counts, width, to) MILL_PRECISION_KIND, FROM(member), 8, counts, width, TO(to)
 
 const struct mill_precision_rate mill_precision_rates[MILL_PRECISION_RATES] = {
     {"drive_power", "W", "mean power of all motions on the balls", MILL_PRECISION_ONE, FROM(work),
      0, false, 1, TO(drive)},
     {"power", "W", "work on the balls by this motion's own velocity / duration",
-     MILL_PRECISION_MOTION, FROM(motion[0].work), OF_MOTION, TO(motion_power)},
+     MOTION(work, motion_power)},
     {"torque", "N m", "mean torque on the balls about the motion's own axis; NaN: it has none",
-     MILL_PRECISION_MOTION, FROM(motion[0].impulse), OF_MOTION, TO(motion_torque)},
-    {"rate", "s-1", "impacts per second", MILL_PRECISION_KIND, FROM(collisions), sizeof(uint64_t),
-     true, 1, TO(rate)},
+     MOTION(impulse, motion_torque)},
+    {"rate", "s-1", "impacts per second", KIND(collisions, true, 1, rate)},
     {"fast_rate", "s-1",
      "impacts per second with a normal speed at or above each of the attribute thresholds [m/s]",
-     MILL_PRECISION_KIND, FROM(fast), sizeof(uint64_t), true, MILL_WORLD_FAST, TO(fast)},
-    {"dissipated_power", "W", "power lost in impacts", MILL_PRECISION_KIND, FROM(dissipation),
-     sizeof(double), false, 1, TO(loss)},
-    {"dissipated_power_normal", "W", "its normal part", MILL_PRECISION_KIND,
-     FROM(dissipation_normal), sizeof(double), false, 1, TO(loss_normal)}};
+     KIND(fast, true, MILL_WORLD_FAST, fast)},
+    {"dissipated_power", "W", "power lost in impacts", KIND(dissipation, false, 1, loss)},
+    {"dissipated_power_normal", "W", "its normal part",
+     KIND(dissipation_normal, false, 1, loss_normal)}};
 
 /* Numbers of a rate, all rows of it */
 static size_t numbers_of(const struct mill_precision *p, const struct mill_precision_rate *rate)

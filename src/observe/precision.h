@@ -9,9 +9,8 @@
 
 enum {
     MILL_PRECISION_BATCHES = MILL_SPREAD_MOST, /* maximum number */
-    MILL_PRECISION_FEWER =
-        384, /* of each of several starts: multiple of portions of 48, 64 or 96 */
-    MILL_PRECISION_STARTS = 64,               /* maximum number of starts of a run */
+    MILL_PRECISION_FEWER = 384, /* of each of several starts: portions of 48, 64 or 96 fit */
+    MILL_PRECISION_STARTS = 64, /* maximum number of starts of a run */
     MILL_PRECISION_ROWS = MILL_KINDS_MOST + 1 /* of each kind of the mill, then of all together */
 };
 
@@ -29,8 +28,7 @@ struct mill_precision {
     uint64_t most; /* batches; then they are joined */
     struct mill_precision_progress at;
     const struct mill_spectrum_grid *grid;
-    struct mill_account
-        *accounts; /* [batches + 1] at the start of each, and at the end of the last */
+    struct mill_account *accounts; /* [batches + 1] at the start of each, and at the end */
     uint32_t (*counts)[MILL_SPECTRUM_SLOTS]; /* [batches] impacts by normal speed */
 };
 
@@ -46,8 +44,7 @@ struct mill_precision_known {
     struct mill_spread_mean motion_power[MILL_MOTIONS_MOST];  /* [W] */
     struct mill_spread_mean motion_torque[MILL_MOTIONS_MOST]; /* [N m] */
     struct mill_spread_mean median, median_fast; /* [m/s] normal speed: all impacts; fast ones */
-    struct mill_spread_mean
-        rate[MILL_PRECISION_ROWS]; /* [1/s] of impacts, and above these speeds: */
+    struct mill_spread_mean rate[MILL_PRECISION_ROWS]; /* [1/s] of impacts; of fast ones: */
     struct mill_spread_mean fast[MILL_PRECISION_ROWS][MILL_WORLD_FAST];
     struct mill_spread_mean loss[MILL_PRECISION_ROWS];        /* [W] lost in impacts */
     struct mill_spread_mean loss_normal[MILL_PRECISION_ROWS]; /* its normal part */
@@ -70,16 +67,8 @@ struct mill_precision_rate {
     size_t width;    /* numbers for each, one after the other */
     size_t to;       /* offset in a struct mill_precision_known */
 };
-enum {
-    MILL_PRECISION_DRIVE,
-    MILL_PRECISION_POWER,
-    MILL_PRECISION_TORQUE,
-    MILL_PRECISION_RATE,
-    MILL_PRECISION_FAST,
-    MILL_PRECISION_LOSS,
-    MILL_PRECISION_LOSS_NORMAL,
-    MILL_PRECISION_RATES
-};
+enum { MILL_PRECISION_DRIVE, MILL_PRECISION_POWER, MILL_PRECISION_RATE = 3 }; /* after the torque */
+enum { MILL_PRECISION_LOSS = 5, MILL_PRECISION_RATES = 7 };
 extern const struct mill_precision_rate mill_precision_rates[MILL_PRECISION_RATES];
 
 /* The mean of a rate: of this motion, or of this kind; `kinds`: of all kinds */

@@ -253,37 +253,34 @@ enum mill_status mill_replay_state(struct mill_replay *r, double time, const dou
     return MILL_OK;
 }
 
-/* number: of the impact in its record, from 0 */
-static enum mill_status check_impact(const struct mill_replay *r, size_t number, double before,
-                                     const struct mill_replay_impact *i, struct mill_error *error)
+static enum mill_status check_impact(const struct mill_replay *r, double before,
+                                     const struct mill_replay_impact *i, struct mill_error *why)
 {
-    const int32_t balls = r->world->balls;
-    const bool pair = i->kind == MILL_BALL_BALL;
-    if (i->kind < 0 || i->kind >= r->world->kinds.count)
-        return mill_error_set(error, MILL_FAILED, "impact %zu: kind %ld, expected 0 to %d", number,
-                              (long)i->kind, r->world->kinds.count - 1);
-    if (r->kinds.number[i->kind] < 0)
-        return mill_error_set(error, MILL_FAILED, "impact %zu: kind %ld, and the mill has no %s",
-                              number, (long)i->kind, r->world->kinds.name[i->kind]);
-    if (i->ball < 0 || i->ball >= balls || (pair && (i->partner < 0 || i->partner >= balls)))
-        return mill_error_set(error, MILL_FAILED,
-                              "impact %zu: ball %ld and partner %ld, expected 0 to %ld", number,
-                              (long)i->ball, (long)i->partner, (long)balls - 1);
-    if ((pair && i->partner == i->ball) || i->partner < -1 || i->partner >= NUMBERS)
-        return mill_error_set(error, MILL_FAILED, "impact %zu: ball %ld and partner %ld", number,
-                              (long)i->ball, (long)i->partner);
+    const struct mill_world *w = r->world;
+    const int kind = i->kind, ball = i->ball, partner = i->partner;
+    const bool pair = kind == MILL_BALL_BALL;
+    const double *at = i->position;
+    if (kind < 0 || kind >= w->kinds.count)
+        return mill_error_set(why, MILL_FAILED, "kind %d, expected 0 to %d", kind,
+                              w->kinds.count - 1);
+    if (r->kinds.number[kind] < 0)
+        return mill_error_set(why, MILL_FAILED, "kind %d, and the mill has no %s", kind,
+                              w->kinds.name[kind]);
+    if (ball < 0 || ball >= w->balls || (pair && (partner < 0 || partner >= w->balls)))
+        return mill_error_set(why, MILL_FAILED, "ball %d and partner %d, expected 0 to %d", ball,
+                              partner, (int)w->balls - 1);
+    if ((pair && partner == ball) || partner < -1 || partner >= NUMBERS)
+        return mill_error_set(why, MILL_FAILED, "ball %d and partner %d", ball, partner);
     const double some[] = {i->normal_speed, i->tangential_speed, i->dissipation,
                            i->normal[0],    i->normal[1],        i->normal[2]};
     if (!isfinite(i->time) || find_wrong(6, some, MOST) < 6)
-        return mill_error_set(error, MILL_FAILED, "impact %zu: expected numbers", number);
-    if (find_wrong(3, i->position, farthest(r->world)) < 3)
-        return mill_error_set(error, MILL_FAILED, "impact %zu: at %g %g %g m: is that in the mill?",
-                              number, i->position[0], i->position[1], i->position[2]);
+        return mill_error_set(why, MILL_FAILED, "expected numbers");
+    if (find_wrong(3, at, farthest(w)) < 3)
+        return mill_error_set(why, MILL_FAILED, "at %g %g %g m: is that in the mill?", at[0], at[1],
+                              at[2]);
     if (i->time < before)
-        return mill_error_set(
-            error, MILL_FAILED,
-            "impact %zu: its time is %.9g s, after an impact or account of %.9g s", number, i->time,
-            before);
+        return mill_error_set(why, MILL_FAILED, "its time is %.9g s, after %s of %.9g s", i->time,
+                              "an impact or account", before);
     return MILL_OK;
 }
 
@@ -292,17 +289,15 @@ enum mill_status mill_replay_impacts(struct mill_replay *r, size_t count,
                                      struct mill_error *error)
 {
     double before = fmax(r->impact_at, r->accounts > 0 ? r->now : (double)-INFINITY);
-    for (size_t i = 0; i < count; before = impact[i++].time) {
-        const enum mill_status status = check_impact(r, i, before, &impact[i], error);
-        if (status != MILL_OK)
-            return status;
-    }
+    struct mill_error why;
+    for (size_t i = 0; i < count; before = impact[i++].time)
+        if (check_impact(r, before, &impact[i], &why) != MILL_OK)
+            return mill_error_set(error, MILL_FAILED, "impact %zu: %s", i, why.text);
     r->impact_at = before;
     for (size_t i = 0; i < count; i++) {
         struct mill_replay_impact *to = add_item(&r->impacts);
         if (!to)
-            return mill_error_set(error, MILL_FAILED,
-                                  "out of memory for the impacts between accounts");
+            return mill_error_set(error, MILL_FAILED, "out of memory for impacts between accounts");
         *to = impact[i];
     }
     return MILL_OK;

@@ -21,7 +21,10 @@ struct row {
  * there is a rotor, or if there are springs */
 enum each { ONE, KIND, MOTION, ROTOR, SPRINGS };
 
+/* offset, each, step, width, type */
 #define FROM(member) offsetof(struct row, member)
+#define F64(member, each) FROM(member), each, 0, 1, MILL_H5_F64
+#define KIND_F64(member) FROM(account.member), KIND, sizeof(double), 1, MILL_H5_F64
 
 static const struct {
     const char *name, *unit;
@@ -32,31 +35,30 @@ static const struct {
     enum mill_h5_type type;
     const char *meaning;
 } table[] = {
-    {"kinetic_energy", "J", FROM(energy.kinetic), ONE, 0, 1, MILL_H5_F64,
-     "translational kinetic energy of all balls"},
-    {"rotational_energy", "J", FROM(energy.rotational), ONE, 0, 1, MILL_H5_F64,
+    {"kinetic_energy", "J", F64(energy.kinetic, ONE), "translational kinetic energy of all balls"},
+    {"rotational_energy", "J", F64(energy.rotational, ONE),
      "rotational kinetic energy of all balls"},
-    {"potential_energy", "J", FROM(energy.potential), ONE, 0, 1, MILL_H5_F64,
+    {"potential_energy", "J", F64(energy.potential, ONE),
      "potential energy of all balls in gravity, 0 at the laboratory's origin"},
-    {"rotor_work", "J", FROM(work), ROTOR, 0, 1, MILL_H5_F64,
+    {"rotor_work", "J", F64(work, ROTOR),
      "work done by the rotor on the balls, cumulative from t = 0"},
-    {"rotor_torque", "N m", FROM(torque), ROTOR, 0, 1, MILL_H5_F64,
+    {"rotor_torque", "N m", F64(torque, ROTOR),
      "torque of the rotor on the balls about +x, mean over the interval before; 0 in the first "
      "row"},
     {"motion_work", "J", FROM(account.motion[0].work), MOTION,
      sizeof((struct mill_account *)0)->motion[0], 1, MILL_H5_F64,
      "work done on the balls by this motion's own velocity, cumulative from t = 0"},
-    {"dissipation", "J", FROM(account.dissipation), KIND, sizeof(double), 1, MILL_H5_F64,
+    {"dissipation", "J", KIND_F64(dissipation),
      "energy lost in impacts of this kind, cumulative from t = 0"},
-    {"dissipation_normal", "J", FROM(account.dissipation_normal), KIND, sizeof(double), 1,
-     MILL_H5_F64, "normal part of the energy lost in impacts of this kind, cumulative from t = 0"},
+    {"dissipation_normal", "J", KIND_F64(dissipation_normal),
+     "normal part of the energy lost in impacts of this kind, cumulative from t = 0"},
     {"collisions", "1", FROM(account.collisions), KIND, sizeof(uint64_t), 1, MILL_H5_U64,
      "impacts of this kind, cumulative from t = 0"},
     {"fast_collisions", "1", FROM(account.fast), KIND, MILL_WORLD_FAST * sizeof(uint64_t),
      MILL_WORLD_FAST, MILL_H5_U64,
      "impacts of this kind with a normal speed at or above each of `thresholds` (m s-1), "
      "cumulative from t = 0"},
-    {"elastic_energy", "J", FROM(account.elastic), SPRINGS, 0, 1, MILL_H5_F64,
+    {"elastic_energy", "J", F64(account.elastic, SPRINGS),
      "energy stored in the springs of all contacts"}};
 enum { TABLE = sizeof table / sizeof *table };
 
@@ -82,27 +84,26 @@ static void open_elements(struct series *series, const struct mill_world *world,
     const size_t width = table[i].width;
     const struct mill_h5_layout value = {table[i].type, width > 1,        {width}, 0,
                                          table[i].unit, table[i].meaning, false};
+    const enum each each = table[i].each;
+    struct mill_h5 *file = series->file;
     char group[128], path[160], origin[128];
-    for (int n = 0; n < series->many[table[i].each]; n++) {
-        snprintf(group, sizeof group, "/observables/%s%s%s", table[i].name,
-                 table[i].each == KIND || table[i].each == MOTION ? "/" : "",
-                 table[i].each == KIND     ? series->kinds.name[n]
-                 : table[i].each == MOTION ? world->motion_name[n]
-                                           : "");
+    for (int n = 0; n < series->many[each]; n++) {
+        const char *of = each == KIND ? series->kinds.name[n] : world->motion_name[n];
+        const bool one = each != KIND && each != MOTION;
+        snprintf(group, sizeof group, "/observables/%s%s%s", table[i].name, one ? "" : "/",
+                 one ? "" : of);
         for (int k = 0; k < 2; k++) {
             snprintf(path, sizeof path, "%s/%s", group, name[k]);
             snprintf(origin, sizeof origin, "/observables/%s/%s", table[0].name, name[k]);
             if (i == 0)
-                series->shared[k] =
-                    mill_h5_column_create(series->file, path, &layout[k], series->rows);
+                series->shared[k] = mill_h5_column_create(file, path, &layout[k], series->rows);
             else
-                mill_h5_link(series->file, origin, path);
+                mill_h5_link(file, origin, path);
         }
         snprintf(path, sizeof path, "%s/value", group);
-        series->column[i][n] = mill_h5_column_create(series->file, path, &value, series->rows);
+        series->column[i][n] = mill_h5_column_create(file, path, &value, series->rows);
         if (width > 1) /* the limits of speed for these counts are stored next to them */
-            mill_h5_attribute(series->file, path, "thresholds", MILL_H5_F64, MILL_WORLD_FAST,
-                              mill_world_fast);
+            mill_h5_attribute(file, path, "thresholds", MILL_H5_F64, width, mill_world_fast);
     }
 }
 
@@ -122,10 +123,9 @@ static enum mill_status sample(struct mill_observer *self, const struct mill_wor
     mill_h5_column_append(series->shared[1], 1, &self->next);
     for (int i = 0; i < TABLE; i++)
         for (int n = 0; n < series->many[table[i].each]; n++) {
-            const int which = table[i].each == KIND ? series->kinds.kind[n] : n;
-            mill_h5_column_append(series->column[i][n], 1,
-                                  (const char *)&row + table[i].from +
-                                      (size_t)which * table[i].step);
+            const size_t which = (size_t)(table[i].each == KIND ? series->kinds.kind[n] : n);
+            const char *value = (const char *)&row + table[i].from + which * table[i].step;
+            mill_h5_column_append(series->column[i][n], 1, value);
         }
     self->next = mill_observe_due(series->interval, series->end, ++series->rows);
     return mill_h5_status(series->file, error);

@@ -10,8 +10,7 @@
  * over the root of their number is the standard error, with Student's t. Fewer starts are cut into
  * eight pieces each, which stand for starts: they are independent if they are much longer than what
  * the mill remembers. Where a container moves, a charge may keep its first arrangement for ever,
- * and no series of one start shows this (docs/physics.md has the measurements).
- */
+ * and no series of one start shows this (measured in docs/physics.md). */
 #include "observe/spread.h"
 
 #include <assert.h>

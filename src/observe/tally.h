@@ -107,8 +107,7 @@ struct mill_tally_results {
     struct mill_tally_row impacts[MILL_PRECISION_ROWS], strikes[MILL_PRECISION_ROWS];
     double above_floor; /* [m/s] MILL_TALLY_FAST or more: nothing depends on the rebound floor */
     double floor_share[MILL_PRECISION_ROWS]; /* impacts at the rebound floor; NaN: there are none */
-    double
-        pinch_power; /* [W] part of the drive's power that goes to pressed balls; NaN: not known */
+    double pinch_power; /* [W] part of the drive's power that goes to pressed balls, or NaN */
     enum mill_tally_doubt doubt; /* why there are no errors */
     struct mill_energies_hard is_hard;
     struct mill_spread_mean charge[MILL_CHARGE_NUMBERS]; /* if the mill tumbles */

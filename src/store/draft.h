@@ -19,8 +19,7 @@ enum mill_draft_way {
 
 /* Other modules only read it. */
 struct mill_draft {
-    char path[4104], part[4112], new[4112],
-        lock[4112]; /* longer than paths can be: they are refused */
+    char path[4104], part[4112], new[4112], lock[4112]; /* a path that is cut is too long */
     const char *begins;
     const char *obstacle; /* the one of these names that is in the way; NULL: none */
     int fd;               /* of PATH.part, for reading and writing; -1: none is open */

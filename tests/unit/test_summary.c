@@ -93,7 +93,7 @@ TEST(numbers_have_four_digits_and_the_prefix_that_fits)
         {INFINITY, "W", "inf W"},
     };
     for (size_t i = 0; i < sizeof list / sizeof *list; i++)
-        ck_assert_str_eq(mill_summary_text_si(list[i].value, list[i].unit), list[i].expected);
+        ck_assert_str_eq(mill_summary_si(list[i].value, list[i].unit), list[i].expected);
 }
 
 TEST(the_table_names_the_kinds_that_occurred_and_all)
