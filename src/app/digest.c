@@ -1,6 +1,5 @@
-/* The deck gives the mill, the balls and the motions. The stream on standard input gives states,
- * impacts, works and losses, as records: a type, a length, and that many bytes. The observers
- * process both as in a run. docs/file-format.md describes the stream. */
+/* The deck gives mill, balls and motions; the stream on standard input states, impacts, works and
+ * losses, as records (docs/file-format.md). The observers process both as in a run. */
 #include "app/run.h"
 #include "app/samples.h"
 #include "observe/replay.h"

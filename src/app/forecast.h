@@ -18,9 +18,8 @@ struct mill_forecast {
 /* [s] Until then the rate of contacts may still grow: a period of the motions; 0: nothing moves */
 double mill_forecast_early(const struct mill_world *world);
 
-/* Runs the deck's world until the rate of contacts has settled, for 1.5 to 4 million contacts, or
- * 20 seconds of processor time, or to its end, and computes the forecast. The world must not be
- * used afterwards. If the trial fails, the notes are still valid. */
+/* Runs the deck's world until the rate of contacts has settled, or for a limited time, and computes
+ * the forecast. The world must not be used afterwards. If the trial fails, the notes are valid. */
 enum mill_status mill_forecast_make(const struct mill_deck *deck, struct mill_world *world,
                                     struct mill_forecast *forecast, struct mill_error *error);
 

@@ -1,6 +1,5 @@
-/* The command `millsim`: arguments, signals, messages and exit status. No other part of the program
- * prints or exits. All errors that can be found early are reported before the run begins: wrong
- * usage, a wrong deck, an output that exists or cannot be written. */
+/* The command `millsim`: arguments, signals, messages and exit status. Nothing else prints or
+ * exits. Errors that can be found early are reported before the run: wrong usage, deck, output. */
 #include "app/forecast.h"
 #include "app/record.h"
 #include "app/run.h"
@@ -23,9 +22,9 @@
 static volatile sig_atomic_t stop;  /* the signal that asked the run to stop; 0: none */
 static volatile sig_atomic_t begun; /* there are results that a signal must not lose */
 
-/* The first signal stops the run properly; if there is nothing to save yet, it ends the program at
- * once. A second signal within IMPATIENCE has no effect. A later one ends the program at once,
- * except SIGXCPU, which is repeated with each second of processor time. */
+/* The first signal stops the run properly, or ends the program if there is nothing to save. One
+ * within IMPATIENCE is ignored; a later one ends it at once, but SIGXCPU comes again each second.
+ */
 static void take_signal(int number)
 {
     static volatile time_t first;

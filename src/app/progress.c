@@ -1,8 +1,7 @@
-/* How far is the run, how fast is it, and how long will it take? On a terminal the line is
- * rewritten in place and cut to the terminal's width. In a log file there is a line after 2 s, then
- * after intervals that grow from 10 s to 10 min. For programs there is a JSON object per line, at a
- * constant rate. Rates are taken over at least the last fifth of the time, but over 10 s at most,
- * because they change while the mill sweeps up its charge. */
+/* How far is the run, how fast, and how long will it take? On a terminal the line is rewritten in
+ * place and cut to its width. In a log file there is a line after 2 s, then after 10 s to 10 min.
+ * For programs there is a JSON object per line, at a constant rate. Rates are over the last fifth
+ * of the time, or 10 s, because they change while the mill sweeps up its charge. */
 #include "app/progress.h"
 
 #include "app/record.h"

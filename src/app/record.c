@@ -1,7 +1,6 @@
-/* What a reader needs to trust a run: the program, its counts and its anomalies (/run). And what is
- * needed to repeat the run: the deck (/deck), entry by entry and as a text that is itself a deck,
- * and the start as a start file. Only /run may differ between two runs of one deck, because it
- * contains times and the names of the machine's libraries. */
+/* What a reader needs to trust a run: the program, its counts and its anomalies (/run); and to
+ * repeat it: the deck (/deck), by entry and as a text that is itself a deck, and the start. Only
+ * /run may differ between two runs of one deck: by times and names of the machine's libraries. */
 #include "app/record.h"
 
 #include "observe/kinds.h"
@@ -373,9 +372,8 @@ enum mill_status mill_record_compare(struct mill_h5 *file, const char *name,
 
 /* ---- the start ---- */
 
-/* Returns 0 or an errno. 17 digits restore every double exactly. Balls are written in the order of
- * the world's rows. A random start numbers its balls by place within each kind; a start file's
- * balls keep their order, so the numbers are restored, too. */
+/* Returns 0 or an errno. 17 digits restore every double exactly, and the order of rows the numbers
+ * of balls: a random start numbers them by place, a start file keeps its order. */
 static int write_rows(const struct mill_world *world, const char *deck, FILE *out)
 {
     bool spins = false;

@@ -53,10 +53,9 @@ void mill_record_start(struct mill_h5 *file, const struct mill_deck *deck, const
  * and the whole deck as `text`, which is itself a deck. */
 void mill_record_deck(struct mill_h5 *file, const struct mill_deck *deck);
 
-/* Compares the deck with that of the file's run. MILL_BAD_DECK: they differ, and the error names
- * the first difference. MILL_FAILED: the file holds no deck. What does not change the run may
- * differ: [powder], [heat], the values of [wear], the interval of checkpoints, the number of
- * threads and the folder of a start file. name: of the file, for messages. */
+/* Compares the deck with that of the file's run. MILL_BAD_DECK: they differ; the error names where
+ * first. MILL_FAILED: the file holds none. What does not change the run may differ: [powder],
+ * [heat], values of [wear], checkpoints, threads, the folder of a start file. name: of the file */
 enum mill_status mill_record_compare(struct mill_h5 *file, const char *name,
                                      const struct mill_deck *deck, struct mill_error *error);
 

@@ -65,8 +65,7 @@ static bool read_earlier(struct run *r, struct mill_h5 *file)
     return good && ok(r, mill_checkpoint_find(file, r->output, &r->resumes, r->error));
 }
 
-/* Finds out what --resume can do: go on, or start anew; nothing for a complete run without a state
- * */
+/* Finds what --resume can do: go on, start anew, or nothing (a complete run without a state) */
 static bool find_earlier(struct run *r)
 {
     struct mill_h5 *file = NULL;

@@ -65,11 +65,9 @@ void mill_starts_join(struct mill_starts *starts);
 /* The world of the first start, with accounts and counts of all; it owns nothing. *totals: sums */
 struct mill_world mill_starts_sum(const struct mill_starts *starts, struct mill_totals *totals);
 
-/* ---- their state in the output file (checkpoint.c), from which --resume continues ----
- *
- * The datasets /checkpoint/OWNER/FIELD, with checksums of HDF5. The file is published as a whole,
- * so state and results always belong to the same moment. The state is written from where it is in
- * memory and read back to there, so that no run holds it twice. */
+/* ---- their state in the output file (checkpoint.c), from which --resume continues: the datasets
+ * /checkpoint/OWNER/FIELD. The file is published as a whole, so state and results always belong to
+ * the same moment. The state is never held twice: it is written from where it is in memory ---- */
 void mill_checkpoint_write(struct mill_starts *starts, struct mill_record_cost *cost,
                            struct mill_h5 *file);
 

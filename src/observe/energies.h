@@ -1,8 +1,7 @@
-/* How much energy do impacts bring, and how much do they lose? Histograms for each pair of
- * species and surfaces. Each octave (a factor of 2) of the energy in millijoules has 16 bins of
- * equal width. So the leading bits of a double are the number of its bin: this needs no logarithm
- * and no table. The edges are exact, and 1, 10 and 100 mJ are edges. The standard error of any sum
- * over impacts follows from coarser histograms of short blocks of time. */
+/* How much energy do impacts bring, and how much do they lose? Histograms for each pair of species
+ * and surfaces, with 16 equal bins for each octave (a factor of 2) of millijoules. So the leading
+ * bits of a double are its bin. The edges are exact, and 1, 10 and 100 mJ are edges. The standard
+ * error of any sum over impacts follows from coarser histograms of short blocks of time. */
 #ifndef MILL_ENERGIES_H
 #define MILL_ENERGIES_H
 
@@ -105,9 +104,8 @@ void mill_energies_blocks_weigh(const struct mill_energies_blocks *blocks, uint6
                                 const double weight[MILL_ENERGIES_COARSE],
                                 double series[MILL_ENERGIES_BLOCKS]);
 
-/* Writes the group "blocks" within "energies". from: the first batch that counts. Of
- * MILL_SPREAD_SEVERAL starts: one block each, the sum of its blocks; of fewer all, start after
- * start */
+/* Writes the group "blocks" in "energies". from: the first batch that counts. Of
+ * MILL_SPREAD_SEVERAL starts: one block each, the sum of its blocks; of fewer all, in a row */
 void mill_energies_blocks_tell(const struct mill_energies_blocks *const *blocks, int starts,
                                const struct mill_energies *energies,
                                const struct mill_precision *batches, uint64_t from,

@@ -1,8 +1,7 @@
-/* Stores the places and velocities of the balls and the poses of the motions at output.frames, as
- * H5MD 1.1 (de Buyl, Colberg and Hoefling, Comput. Phys. Commun. 185, 2014, 1546). The time of
- * frame k is k times the interval, a product and not a sum. Data are float32: 1e-8 m in a drum of
- * 0.1 m is far finer than a picture or a correlation can show, and needs half the space. The box
- * has no edges: it is open, and MDAnalysis expects none then. */
+/* Stores places and velocities of the balls and poses of the motions at output.frames, as H5MD 1.1
+ * (de Buyl, Colberg and Hoefling, Comput. Phys. Commun. 185, 2014, 1546). The time of frame k is k
+ * times the interval. Data are float32: 1e-8 m in a drum of 0.1 m is finer than a picture or a
+ * correlation can show. The box has no edges: it is open, and MDAnalysis expects none then. */
 #include "observe/observers.h"
 
 #include "millsim/state.h"

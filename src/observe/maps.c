@@ -1,7 +1,6 @@
-/* Layout of the maps, and the counting of impacts at the point of contact. maps_sample.c adds the
- * balls. The part of a cell inside the drum is computed in closed form for a circle. For any other
- * profile the drum's gap function is used, so that this file does not depend on the profile. Bodies
- * also vary along their axis: see maps_room.c. */
+/* Layout of the maps, and the counting of impacts at the point of contact; maps_sample.c adds the
+ * balls. What is inside the drum is computed in closed form for a circle, else by the gap function
+ * of the profile. Bodies also vary along their axis: see maps_room.c. */
 #include "observe/maps.h"
 
 #include "base/elementary.h"

@@ -38,9 +38,8 @@ struct mill_maps {
     double *room; /* [m^3] volume of each cell inside the container */
 };
 
-/* Cells of size R/30 (2.5 mm in a drum of 75 mm): 60 x 60 in the cross-section, 30 rings. R is the
- * radius of the drum, or of the cylinder around a body, about the container's axis. false: out of
- * memory. The caller frees them in both cases. */
+/* Cells of size R/30 (2.5 mm in a drum of 75 mm), R of the drum or the cylinder around a body: 60 x
+ * 60 in the cross-section, 30 rings. false: out of memory. The caller frees them in both cases. */
 bool mill_maps_init(struct mill_maps *maps, const struct mill_world *world);
 void mill_maps_free(struct mill_maps *maps);
 

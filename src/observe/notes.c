@@ -17,9 +17,8 @@
  * attritors with 30 to 70 % of balls and voids the power differs from that of soft spheres by up to
  * 11 %, and impacts above 0.5 m/s are a fifth fewer (validation/referee/RESULTS-dense.md) */
 #define RUBBING 0.1
-/* There are a quarter more contacts than strikes. By so much the hard spheres' impacts on blades
- * exceed those of soft spheres in the reference mill, until re-contacts are merged
- * (validation/dem). */
+/* A quarter more contacts than strikes: by so much the hard spheres' impacts on blades exceed those
+ * of soft ones in the reference mill, until re-contacts are merged (validation/dem). */
 #define RECONTACTS 0.2
 /* The time between two hits of a ball is shorter than a contact. Soft spheres would then be in
  * permanent contact with several others, and the impacts of hard spheres do not exist in reality.
@@ -81,8 +80,7 @@ static void judge_law(struct mill_notes *notes, const struct mill_world *world, 
 }
 
 /* How many hits on balls the contacts of a kind are. A ball that the wall of a moving container
- * presses makes small hops at the rebound floor: a single contact of a soft ball, so they are not
- * counted. */
+ * presses makes small hops at the rebound floor, one contact of a soft ball: they do not count. */
 static double hits_of(const struct mill_world *world, int kind, double contacts, double floored)
 {
     if (kind == MILL_BALL_BALL)
@@ -101,9 +99,8 @@ static void judge_rate(struct mill_notes *notes, const struct mill_world *world,
         1e6 / rate, 1e6 * contact);
 }
 
-/* [1] In diameters, the narrowest gap in which friction locks two balls between surfaces: the angle
- * of their line of centres and the normals is below the sum of two angles of friction. The widest:
- * 2 */
+/* [1] In diameters, the narrowest gap (the widest: 2) in which friction locks two balls: the angle
+ * of their line of centres and the normals is below the sum of two angles of friction. */
 static double locking_gap(const struct mill_world *world)
 {
     double friction = 0;
@@ -189,13 +186,12 @@ void mill_notes_expect(struct mill_notes *notes, const struct mill_world *world,
         judge_shares(notes, trial);
 }
 
-/* Angular speed [rad/s] of the ring that the charge has become; 0: it is no ring. There are three
- * conditions. In the last tenth of the window, at most one in 200 contacts is with the rotor (or a
- * body). At least nine tenths of the kinetic energy belong to the turning of the charge about the
- * axis: L^2 / 2I, with angular momentum L and moment of inertia I. The ring turns so fast that it
- * does not fall: w^2 r > g with w = L / I, r^2 = I / m. The charge of a smooth drum without
- * friction ends as a ring, because nothing brakes the balls. A thick ring has nearly the rotor's
- * speed; a thin one is slower once the rotor does not reach it any more. */
+/* Angular speed [rad/s] of the ring that the charge has become; 0: it is no ring. In the last tenth
+ * of the window, at most one in 200 contacts is with the rotor (or a body). At least nine tenths of
+ * the kinetic energy belong to the turning of the charge about the axis: L^2 / 2I, with angular
+ * momentum L and moment of inertia I. The ring does not fall: w^2 r > g with w = L / I, r^2 = I /
+ * m. A charge in a smooth drum without friction ends as a ring. A thick ring has nearly the rotor's
+ * speed; a thin one is slower once the rotor does not reach it. */
 static double ring_speed(const struct mill_world *world, const struct mill_tally_results *r,
                          double t)
 {

@@ -19,9 +19,9 @@ struct mill_observing {
     /* ---- called outside of the loop, in this order ---- */
 
     bool (*wanted)(const struct mill_observe *); /* Is it requested? NULL: always */
-    /* Fills its struct, which is zero except for type and next = INFINITY. The world is at t = 0
-     * and exists longer than the observer. The function must not keep a pointer to the request.
-     * MILL_FAILED: out of memory; free is called in any case. */
+    /* Fills its struct, zero except for type and next = INFINITY, in a world at t = 0 that outlives
+     * it; keeps no pointer to the request. MILL_FAILED: out of memory; free is called in any case.
+     * */
     enum mill_status (*create)(struct mill_observer *, const struct mill_observe *,
                                const struct mill_world *, struct mill_error *);
     void (*state)(struct mill_observer *, struct mill_state *); /* saves or loads its state */

@@ -22,9 +22,8 @@ static const double shortest = 1e-3, usual = 5e-3, longest = 25e-3, standing = 1
 /* Relative to what balls bring into contacts, or to a mean: smaller work or scatter is rounding */
 static const double rounding = 1e-9;
 
-/* Part of all impacts: if fewer are above the floor, they are slips of a charge that rests. In a
- * jar at 9 g one start in ten saw some, with 100 times the impacts of the others; in input/ 0.02
- * and more. */
+/* Part of all impacts: fewer above the floor are slips of a charge that rests. In a jar at 9 g one
+ * start in ten saw some, with 100 times the impacts of others; in input/ it is 0.02 and more. */
 #define RARE 1e-3
 
 enum { PARTS = 12 };

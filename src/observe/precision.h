@@ -101,9 +101,8 @@ void mill_precision_close(struct mill_precision *precision, const uint64_t *coun
  * Returns how many became one; 1: nothing was joined. */
 uint64_t mill_precision_join(struct mill_precision *precision);
 
-/* Number of batches of the start-up, searched in the first half: by MSER-5; of several starts twice
- * that of their mean, or later, until nothing drifts any more. *settled: the start-up is over, for
- * MSER-5 finds no better cut in the second half, and nothing drifts. */
+/* Number of batches of the start-up, in the first half: by MSER-5; of several starts twice that, or
+ * later, until nothing drifts. *settled: it is over, and MSER-5 finds no cut in the second half. */
 uint64_t mill_precision_cut(const struct mill_precision_set *set, bool *settled);
 
 /* Computes the results of the batches from `from` on. */

@@ -1,6 +1,5 @@
 /* Why does the input wait for the next account? A batch of the statistics ends between two
- * accounts, and the work and losses up to then are known only when the second account has come. The
- * amount of waiting data is limited by the time between two accounts. */
+ * accounts, and work and losses up to then are known only when the second has come. */
 #include "observe/replay.h"
 
 #include "observe/tally.h"

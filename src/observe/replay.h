@@ -1,9 +1,8 @@
 /* Feeds another program's run to the observers. The balls and the account of the world come from
- * outside; no event loop changes them. States, impacts and accounts must each come in the order of
- * time. They wait for the next account. Then everything before that account is processed in the
- * order of time: impacts one by one, and samples when observers want them. At a sample the balls
- * are those of the nearest state, moved in free flight to the time of the sample. The account is
- * interpolated linearly between the two accounts around it. */
+ * outside. States, impacts and accounts must each come in the order of time, and wait for the next
+ * account. Then all before it is processed in the order of time: impacts one by one, and samples
+ * when observers want them. At a sample the balls are those of the nearest state, moved in free
+ * flight. The account is interpolated linearly between the two accounts around it. */
 #ifndef MILL_REPLAY_H
 #define MILL_REPLAY_H
 

@@ -1,7 +1,6 @@
-/* Time series at output.series, as H5MD observables {step, time, value}. The time of step k is k
- * times the interval. Works, losses and counts are cumulative from t = 0, so the value for any
- * window is the difference of two rows. Only the rotor's torque is a mean over the interval before.
- * Step and time are stored once and linked. */
+/* Time series at output.series, as H5MD observables {step, time, value}, step k at k times the
+ * interval. Works, losses and counts are cumulative from t = 0: a window is the difference of two
+ * rows. The rotor's torque is a mean over the interval before. Step and time are stored once. */
 #include "observe/observers.h"
 
 #include "millsim/state.h"

@@ -1,7 +1,6 @@
-/* Histogram of impact speeds: counts and dissipation in logarithmic bins with edges 20^(k/152) m/s.
- * Bins are 1.99 % wide, so a quantile is accurate to 1 %. 0.05, 1 and 20 m/s are exactly on an
- * edge. The leading bits of a double grow like the logarithm. So a small table and one comparison
- * find the bin, without a logarithm at each impact. */
+/* Histogram of impact speeds: counts and dissipation in logarithmic bins with edges 20^(k/152) m/s,
+ * 1.99 % wide, so a quantile is accurate to 1 %. 0.05, 1 and 20 m/s are edges. The leading bits of
+ * a double grow like the logarithm: a small table and one comparison find the bin, without it. */
 #include "observe/spectrum.h"
 
 #include "base/elementary.h"

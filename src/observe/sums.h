@@ -1,6 +1,5 @@
-/* What a statistic adds up, described once: a list of its numbers. From the list follow adding,
- * clearing, saving, and writing to a file. A statistic itself knows only how an impact changes its
- * sums, and which results follow from them. */
+/* What a statistic adds up, described once: a list of its numbers, from which adding, clearing,
+ * saving and writing follow. It knows only how an impact changes it, and what results from it. */
 #ifndef MILL_SUMS_H
 #define MILL_SUMS_H
 

@@ -1,7 +1,6 @@
 /* The statistics from run.sample_from to the end of the run. This observer sorts every impact into
- * spectra, strikes and maps, in a few tens of nanoseconds each. It also looks at the world at a few
- * times: when the window opens, at the ends of batches, for the samples of the maps, and at the
- * end. All these times depend on the deck alone. */
+ * spectra, strikes and maps, in tens of nanoseconds. It looks at the world when the window opens
+ * and ends, at the ends of batches, for samples of the maps: all times depend on the deck alone. */
 #include "observe/tally.h"
 #include "observe/observers.h"
 

@@ -1,10 +1,9 @@
 /* VTKHDF 2.1 (docs.vtk.org, "VTKHDF file format"): a collection of blocks of poly data. Every block
  * has time steps, because readers fail if only some have them. In each array of a block, a step
- * begins at an offset. Data that do not change are stored once, and every step begins at 0. Data
- * that change are stored frame after frame: the few points of moving bodies in full, the balls as a
- * virtual dataset, which shows the rows (frame, ball) of /particles/trajectory as one long column.
- * All steps use the same single part, because their numbers of points and cells are equal. Numbers
- * that several blocks share are linked, not written again. */
+ * begins at an offset: 0 for data that do not change, which are stored once. Others are stored
+ * frame after frame: the few points of moving bodies in full, the balls as a virtual dataset, which
+ * shows the rows (frame, ball) of /particles/trajectory as one long column. All steps use the same
+ * single part, as they have the same points and cells. What several blocks share is linked. */
 #include "observe/vtkhdf.h"
 
 #include "base/elementary.h"

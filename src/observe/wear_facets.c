@@ -1,7 +1,6 @@
 /* The facets are made from the outline of the mill. Each triangle is cut into pieces smaller than a
- * cell of the lattice; each piece adds its area to the facet of its middle. Facets that are only
- * slivers, because the surface just enters a cell, become parts of a neighbour. So areas and
- * impacts are assigned to facets by the same rule. */
+ * cell, which add their areas to the facet of their middle; slivers, where the surface just enters
+ * a cell, become parts of a neighbour. So impacts are assigned by the same rule. */
 #include "observe/wear.h"
 
 #include "base/elementary.h"

@@ -1,9 +1,7 @@
 /* A file that other processes only ever see complete. It is written as PATH.part. Each publication
- * replaces PATH in one step by a copy of PATH.part, the last one by PATH.part itself. If the
- * process dies, PATH is as it was last published. A lock on PATH.lock prevents two writers of one
- * PATH. This module handles bytes only; it does not depend on HDF5.
- *
- * Functions that return an int return 0 or an errno. */
+ * replaces PATH in one step by a copy of PATH.part, the last one by itself. If the process dies,
+ * PATH is as last published. PATH.lock prevents two writers of one PATH. Here are only bytes, no
+ * HDF5. Functions that return an int return 0 or an errno. */
 #ifndef MILL_DRAFT_H
 #define MILL_DRAFT_H
 
@@ -26,9 +24,8 @@ struct mill_draft {
     int lock_fd;          /* -1: not locked */
 };
 
-/* Prepares a draft of the file `path`, or of the file that this links to, without touching the
- * disk. begins: the first bytes of the file. They identify what a killed process has left; NULL:
- * only an empty file is accepted as such. `begins` must outlive the draft. */
+/* Prepares a draft of the file `path`, or of the file that this links to, off the disk. begins: the
+ * first bytes of the file, by which one is known that a killed process has left; NULL: empty */
 void mill_draft_init(struct mill_draft *draft, const char *path, const char *begins);
 
 /* Returns the one of the four names that leads to the file at `path`; NULL: none. */

@@ -1,10 +1,9 @@
 /* The only access to HDF5: files, groups, datasets with `unit` and `description`, attributes,
- * links, and columns that grow row by row. No other module includes hdf5.h.
- *
- * Paths are absolute ("/run/version"); missing groups on the way are made. After its first failure
- * a file is *spent*: every later call does nothing. So functions that write return nothing, and the
- * caller checks mill_h5_status once after many calls. Strings are UTF-8 of variable length, as h5py
- * and H5MD readers expect, unless stated otherwise. */
+ * links, and columns that grow row by row. Paths are absolute ("/run/version"); missing groups on
+ * the way are made. After its first failure a file is *spent*: every later call does nothing. So
+ * functions that write return nothing, and the caller checks mill_h5_status once after many calls.
+ * Strings are UTF-8 of variable length, as h5py and H5MD readers expect, unless stated otherwise.
+ * */
 #ifndef MILL_H5FILE_H
 #define MILL_H5FILE_H
 

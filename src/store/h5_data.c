@@ -1,10 +1,9 @@
 /* Attributes and datasets. There are three kinds of datasets, each with unit and description: those
- * written in one piece; views, which show the elements of another dataset of the file in another
- * shape (HDF5 virtual datasets, since 1.10); and columns, which grow by rows. Columns gather single
- * rows in memory and write whole chunks, because one call to HDF5 costs microseconds. A chunk holds
- * about 64 KiB, a compromise between the cost of a chunk and the cost of reading one frame. A row
- * longer than LARGEST_CHUNK is divided. Texts are UTF-8 of variable length: h5py turns only these
- * into str, and MDAnalysis compares the unit with a str. */
+ * written in one piece; views, which show the elements of another dataset in another shape (HDF5
+ * virtual datasets, since 1.10); and columns, which gather single rows in memory and write whole
+ * chunks, because one call to HDF5 costs microseconds. A chunk holds about 64 KiB, between the cost
+ * of a chunk and that of reading a frame; a row beyond LARGEST_CHUNK is divided. Texts are UTF-8 of
+ * variable length: h5py turns only these into str, and MDAnalysis compares the unit with one. */
 #include "store/h5_internal.h"
 
 #include <assert.h>
