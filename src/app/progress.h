@@ -40,8 +40,7 @@ struct mill_progress_display {
 };
 
 /* out: usually stderr */
-void mill_progress_init(struct mill_progress_display *display, FILE *out,
-                        enum mill_progress_form form);
+void mill_progress_init(struct mill_progress_display *d, FILE *out, enum mill_progress_form form);
 
 /* Shows `now` if it is time for a new report. */
 void mill_progress_show(struct mill_progress_display *display, const struct mill_progress *now);

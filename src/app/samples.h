@@ -32,7 +32,6 @@ enum mill_status mill_samples_take(struct mill_samples *samples, struct mill_rep
 enum mill_status mill_samples_part(struct mill_samples *samples, struct mill_error *error);
 
 /* Tells what the samples have shown so far. */
-enum mill_status mill_samples_answer(struct mill_samples *samples, FILE *to,
-                                     struct mill_error *error);
+enum mill_status mill_samples_answer(struct mill_samples *s, FILE *to, struct mill_error *error);
 
 #endif

@@ -56,8 +56,7 @@ void mill_gathered_free_plan(struct mill_gathered_plan *plan);
 
 /* Makes empty statistics, with room for the speeds of `rows` >= kinds rows. false: out of memory.
  * The caller frees them in both cases. */
-bool mill_gathered_make(struct mill_gathered *gathered, const struct mill_gathered_plan *plan,
-                        int rows);
+bool mill_gathered_make(struct mill_gathered *g, const struct mill_gathered_plan *plan, int rows);
 
 /* Frees the contents, not the struct itself. */
 void mill_gathered_free(struct mill_gathered *gathered);
@@ -68,7 +67,6 @@ void mill_gathered_clear(struct mill_gathered *gathered);
 void mill_gathered_add(struct mill_gathered *into, const struct mill_gathered *from);
 
 /* Saves or loads them; prefix: of the names of the fields. */
-void mill_gathered_state(struct mill_gathered *gathered, const char *prefix,
-                         struct mill_state *state);
+void mill_gathered_state(struct mill_gathered *g, const char *prefix, struct mill_state *state);
 
 #endif

@@ -57,8 +57,7 @@ struct mill_observers {
 };
 
 /* Makes the observers asked for, in a world at t = 0. The caller frees them in all cases. */
-enum mill_status mill_observers_create(const struct mill_observe *asked,
-                                       const struct mill_world *world,
+enum mill_status mill_observers_create(const struct mill_observe *a, const struct mill_world *world,
                                        struct mill_observers *observers, struct mill_error *error);
 void mill_observers_free(struct mill_observers *observers);
 

@@ -106,8 +106,7 @@ uint64_t mill_precision_join(struct mill_precision *precision);
 uint64_t mill_precision_cut(const struct mill_precision_set *set, bool *settled);
 
 /* Computes the results of the batches from `from` on. */
-struct mill_precision_known mill_precision_tell(const struct mill_precision_set *set,
-                                                uint64_t from);
+struct mill_precision_known mill_precision_tell(const struct mill_precision_set *s, uint64_t from);
 
 /* A rate of one start alone, number k of its row, over the batches from `from` to `to` */
 double mill_precision_one(const struct mill_precision *precision, uint64_t from, uint64_t to,
