@@ -162,8 +162,7 @@ static enum mill_status begin(struct digest *d)
 /* Makes the observers and the file when there is something to write. */
 static enum mill_status open_output(struct digest *d)
 {
-    static const char *const about[2] = {MILL_FACTS_PART,
-                                         "energy lost in the impact, its normal part"};
+    static const char *const of[] = {MILL_FACTS_PART, "energy lost in the impact, its normal part"};
     const bool force = d->order->asked->given[MILL_FORCE] != NULL;
     if (mill_facts_check(&d->facts, &d->why) != MILL_OK)
         return refuse(d, MILL_BAD_DECK, d->why.text);
@@ -178,7 +177,7 @@ static enum mill_status open_output(struct digest *d)
     status = mill_observers_open(&d->observers, &d->observe, d->file, d->world, NULL, d->error);
     for (int k = 0; d->observe.log_impacts && k < 2; k++)
         mill_h5_attribute(d->file, "/impacts/dissipation", k ? "description" : "part", MILL_H5_TEXT,
-                          0, &about[k]);
+                          0, &of[k]);
     return status == MILL_OK ? mill_h5_status(d->file, d->error) : status;
 }
 
@@ -191,9 +190,8 @@ static void write_results(const struct digest *d, const char *status)
                                      .totals = mill_record_add(d->world, local),
                                      .foreign = &d->facts};
     for (int k = 0; k < 2; k++) {
-        const char *value = mill_facts_text(&d->facts, k ? "version" : "program");
-        mill_h5_attribute(d->file, "/h5md/creator", k ? "version" : "name", MILL_H5_TEXT, 0,
-                          &value);
+        const char *text = mill_facts_text(&d->facts, k ? "version" : "program");
+        mill_h5_attribute(d->file, "/h5md/creator", k ? "version" : "name", MILL_H5_TEXT, 0, &text);
     }
     mill_run_write(d->file, &d->observers, d->world, &facts);
 }

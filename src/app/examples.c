@@ -68,14 +68,13 @@ enum mill_status mill_examples_copy(const char *folder, FILE *out, struct mill_e
     const int files = scandir(from, &list, is_visible, alphasort);
     enum mill_status status = files < 0 ? fail(error, from) : MILL_OK;
     for (int k = 0; k < 2 * files && status == MILL_OK; k++) {
-        char source[LONGEST], target[LONGEST];
+        char source[LONGEST], to[LONGEST];
         snprintf(source, sizeof source, "%s/%s", from, list[k % files]->d_name);
-        snprintf(target, sizeof target, "%.*s/%s", MILL_SHARE_PATH, folder,
-                 list[k % files]->d_name);
+        snprintf(to, sizeof to, "%.*s/%s", MILL_SHARE_PATH, folder, list[k % files]->d_name);
         if (k == files && mkdir(folder, 0777) != 0 && errno != EEXIST)
             status = fail(error, folder);
         else
-            status = k < files ? look(target, error) : copy(source, target, error);
+            status = k < files ? look(to, error) : copy(source, to, error);
     }
     if (status == MILL_OK)
         fprintf(out, "%s: %d files; the reference mill runs with: millsim %s/%s\n", folder, files,

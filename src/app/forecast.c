@@ -139,8 +139,7 @@ static double work_out(const struct mill_deck *deck, const struct mill_world *wo
     const struct point *to = trial->at + trial->n, *from = point_at(trial, 0.5 * to->time);
     struct mill_forecast f = {.trial = to->time, .contacts = to->contacts};
     const double end = deck->observe.end, rate = rate_between(from, to);
-    const double most =
-        deck->observe.max_collisions > 0 ? deck->observe.max_collisions : (double)INFINITY;
+    const double limit = deck->observe.max_collisions, most = limit > 0 ? limit : (double)INFINITY;
     const double early = fmin(mill_forecast_early(world), end);
     const double factor = world->soft.on ? 1 : change(trial, end);
     f.bound = factor != 1 || to->time < early || (rate == 0 && to->time < end);

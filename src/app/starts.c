@@ -63,10 +63,9 @@ static enum mill_status make(const struct mill_deck *deck, struct mill_starts_on
         return status == MILL_OK
                    ? mill_observers_create(&own.observe, one->world, &one->observers, error)
                    : status;
-    struct mill_observer *tally =
-        mill_observers_one(&mill_tally_type, &own.observe, one->world, error);
-    one->observers = (struct mill_observers){tally != NULL, {tally}};
-    return tally ? mill_sim_observe(one->sim, tally) : MILL_FAILED;
+    struct mill_observer *t = mill_observers_one(&mill_tally_type, &own.observe, one->world, error);
+    one->observers = (struct mill_observers){t != NULL, {t}};
+    return t ? mill_sim_observe(one->sim, t) : MILL_FAILED;
 }
 
 static void make_part(void *self, int part)

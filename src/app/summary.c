@@ -77,10 +77,9 @@ static void print_drive(const struct mill_summary *s)
     double mass = 0;
     for (int32_t i = 0; i < world->balls; i++)
         mass += world->species[world->ball[i].species].mass;
-    const struct mill_spread_mean specific = {known->drive.value / mass, known->drive.error / mass,
-                                              0};
+    const struct mill_spread_mean by_kg = {known->drive.value / mass, known->drive.error / mass, 0};
     mill_summary_line(s->out, rotor ? "rotor power" : "drive power", "%s, %s of balls\n",
-                      mill_summary_mean(&known->drive, "W"), mill_summary_mean(&specific, "W/kg"));
+                      mill_summary_mean(&known->drive, "W"), mill_summary_mean(&by_kg, "W/kg"));
     if (isnan(known->drive.error) && r->doubt == MILL_TALLY_KNOWN) {
         mill_summary_line(s->out, "", "(its error is not known: %.3g %s%s", times,
                           rotor ? "revolution" : "period", fabs(times - 1) < 5e-3 ? "" : "s");

@@ -203,14 +203,13 @@ static void say_law(const struct mill_deck *deck, int kind, char text[2 * TEXT])
 static void print_laws(const struct mill_deck *deck, FILE *out)
 {
     const struct mill_deck_contact *contact = deck->mill.contact;
-    char text[2 * TEXT], other[2 * TEXT];
+    char text[2 * TEXT], one[2 * TEXT];
     for (int kind = 0; kind < deck->mill.contacts.count; kind++) {
         bool said = !contact[kind].assumed[0];
         say_law(deck, kind, text);
         for (int k = 0; k < kind && !said; k++) {
-            say_law(deck, k, other);
-            said =
-                strcmp(contact[k].assumed, contact[kind].assumed) == 0 && strcmp(other, text) == 0;
+            say_law(deck, k, one);
+            said = strcmp(contact[k].assumed, contact[kind].assumed) == 0 && strcmp(one, text) == 0;
         }
         if (said)
             continue;

@@ -240,19 +240,18 @@ void mill_charge_results(const struct mill_charge *const *start, int starts, uin
                          struct mill_spread_mean number[MILL_CHARGE_NUMBERS])
 {
     const uint64_t parts = starts >= MILL_SPREAD_SEVERAL ? 1 : MILL_SPREAD_PIECES, n = to - from;
-    double each[MILL_CHARGE_NUMBERS][MILL_PRECISION_STARTS], now[MILL_CHARGE_NUMBERS];
+    double all[MILL_CHARGE_NUMBERS][MILL_PRECISION_STARTS], now[MILL_CHARGE_NUMBERS];
     for (uint64_t s = 0; s < (uint64_t)starts * parts; s++) {
         struct mill_charge_sum own = {0};
         const uint64_t part = s % parts, first = from + part * n / parts;
         mill_charge_estimate(start[s / parts], first, from + (part + 1) * n / parts, &own, now);
         mill_sums_add_records(&list, 1, sum, &own);
         for (int i = 0; i < MILL_CHARGE_NUMBERS; i++)
-            each[i][s] = now[i];
+            all[i][s] = now[i];
     }
     mill_charge_estimate(start[0], 0, 0, sum, now);
     for (int i = 0; i < MILL_CHARGE_NUMBERS; i++) {
-        number[i] =
-            mill_spread_mean(each[i], (struct mill_spread_of){(size_t)starts * parts, 1, 0});
+        number[i] = mill_spread_mean(all[i], (struct mill_spread_of){(size_t)starts * parts, 1, 0});
         number[i].error = fabs(number[i].value) > 0 ? number[i].error : (double)NAN; /* no flight */
         number[i].value = now[i];
     }

@@ -6,13 +6,12 @@
 
 #define AT(member) offsetof(struct mill_gathered_counts, member), 0, 0
 
-static const struct mill_sum count_of[] = {
+static const struct mill_sum sum[] = {
     {"samples", "1", "samples of the flow", MILL_H5_U64, AT(samples)},
     {"kinetic", "J", "sum of the kinetic energies at the samples", MILL_H5_F64, AT(kinetic)},
     {"rotational", "J", "the same of the spins", MILL_H5_F64, AT(rotational)}};
 
-static const struct mill_sums_list counts = {"counts", sizeof(struct mill_gathered_counts), 3,
-                                             count_of};
+static const struct mill_sums_list counts = {"counts", sizeof(struct mill_gathered_counts), 3, sum};
 
 bool mill_gathered_plan(struct mill_gathered_plan *plan, const struct mill_world *world)
 {

@@ -75,17 +75,17 @@ static double inside_circle(double radius, double size, int i, int k)
     return area > 1e-9 * (y1 - y0) * (z1 - z0) ? area : 0;
 }
 
-/* How many of subs x subs points of a square, the centres of equal parts, are inside any profile. A
+/* How many of n x n points of a square, the centres of equal parts, are inside any profile. A
  * square that the wall does not reach needs one test, others are cut into four: a power of two. */
-static int points_inside(const struct mill_shape *drum, double y0, double z0, double size, int subs)
+static int points_inside(const struct mill_shape *drum, double y0, double z0, double size, int n)
 {
     const double gap = gap_at(drum, y0 + size / 2, z0 + size / 2);
-    if (subs == 1 || fabs(gap) > 0.71 * size)
-        return gap > 0 ? subs * subs : 0;
+    if (n == 1 || fabs(gap) > 0.71 * size)
+        return gap > 0 ? n * n : 0;
     int inside = 0;
     for (int quarter = 0; quarter < 4; quarter++)
         inside += points_inside(drum, y0 + (quarter / 2 ? size / 2 : 0),
-                                z0 + (quarter % 2 ? size / 2 : 0), size / 2, subs / 2);
+                                z0 + (quarter % 2 ? size / 2 : 0), size / 2, n / 2);
     return inside;
 }
 

@@ -59,7 +59,7 @@ struct piece {
 };
 
 /* [m^3] volume of the piece inside the container */
-static double inside(const struct walls *walls, const struct piece *piece, bool ring, double finest)
+static double inside(const struct walls *walls, const struct piece *piece, bool ring, double fine)
 {
     double middle[3], side[3], all = 1;
     int longest = 0;
@@ -80,14 +80,14 @@ static double inside(const struct walls *walls, const struct piece *piece, bool 
     all *= ring ? middle[1] : 1;
     if (fabs(gap) >= reach)
         return gap > 0 ? all : 0;
-    if (side[longest] <= finest) {
+    if (side[longest] <= fine) {
         const double out = n.y * at.cos + n.z * at.sin, around = n.z * at.cos - n.y * at.sin;
         const double thick = fabs(n.x) * side[0] + fabs(out) * side[1] + fabs(around) * side[2];
         return all * fmin(fmax(0.5 + gap / thick, 0), 1);
     }
     struct piece half[2] = {*piece, *piece};
     half[0].hi[longest] = half[1].lo[longest] = middle[longest];
-    return inside(&near, &half[0], ring, finest) + inside(&near, &half[1], ring, finest);
+    return inside(&near, &half[0], ring, fine) + inside(&near, &half[1], ring, fine);
 }
 
 static double edge(const struct mill_map *map, int axis, int i)

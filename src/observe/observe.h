@@ -22,15 +22,14 @@ struct mill_observe {
     double precision;      /* relative standard error that ends the run; 0: not used */
     long starts;           /* of the run */
     double max_collisions; /* number of collisions that ends the run; 0: not used */
-    double
-        strike_window;  /* [s] closer contacts of a pair are one strike; NaN: as a contact lasts */
-    double hard;        /* [J] impacts of this energy or more are hard; NaN: it is to be found */
-    int hard_by;        /* one of MILL_ENERGIES_SORTS */
-    double frames;      /* [s] between stored states of the balls; 0: none */
-    double series;      /* [s] between rows of the time series */
-    int log_impacts;    /* 1: yes */
-    double rotor_angle; /* [rad] at t = 0 */
-    bool springs;       /* the run has contacts that store energy: there is a series of it */
+    double strike_window;  /* [s] closer contacts of a pair are one strike; NaN: as a contact */
+    double hard;           /* [J] impacts of this energy or more are hard; NaN: it is to be found */
+    int hard_by;           /* one of MILL_ENERGIES_SORTS */
+    double frames;         /* [s] between stored states of the balls; 0: none */
+    double series;         /* [s] between rows of the time series */
+    int log_impacts;       /* 1: yes */
+    double rotor_angle;    /* [rad] at t = 0 */
+    bool springs;          /* the run has contacts that store energy: there is a series of it */
     struct mill_wear_law wear[MILL_KINDS_MOST];
 };
 

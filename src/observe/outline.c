@@ -36,9 +36,8 @@ bool mill_outline_make(const struct mill_world *world, const struct mill_motion 
 
 void mill_outline_rows(const struct mill_pose *pose, double row[12])
 {
-    const vec3 x = pose->x, y = pose->y, z = pose->z, place = pose->place;
-    const double rows[12] = {x.x, y.x,     z.x, place.x, x.y, y.y,
-                             z.y, place.y, x.z, y.z,     z.z, place.z};
+    const vec3 x = pose->x, y = pose->y, z = pose->z, o = pose->place;
+    const double rows[12] = {x.x, y.x, z.x, o.x, x.y, y.y, z.y, o.y, x.z, y.z, z.z, o.z};
     memcpy(row, rows, sizeof rows);
 }
 

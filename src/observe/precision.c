@@ -288,18 +288,17 @@ static bool drifts(const struct mill_precision_set *set, uint64_t from, double z
 {
     const struct mill_precision *p = set->of[0];
     const struct mill_precision_rate *loss = &mill_precision_rates[MILL_PRECISION_LOSS];
-    const uint64_t end = p->at.batches, first = from + (end - from + 3) / 4,
-                   last = end - (end - from) / 2;
+    const uint64_t n = p->at.batches, first = from + (n - from + 3) / 4, last = n - (n - from) / 2;
     double off[2][MILL_PRECISION_STARTS];
     struct mill_spectrum sum = {0};
     const struct mill_spectrum_place place = find_median(set, from, p->fast, &sum);
-    if (set->count < MILL_SPREAD_SEVERAL || end - from < 4)
+    if (set->count < MILL_SPREAD_SEVERAL || n - from < 4)
         return false;
     for (int s = 0; s < set->count; s++) {
         const struct mill_precision *one = set->of[s];
         off[0][s] = mill_precision_one(one, from, first, loss, p->kinds, 0) -
-                    mill_precision_one(one, last, end, loss, p->kinds, 0);
-        off[1][s] = share_of(one, from, first, &place) - share_of(one, last, end, &place);
+                    mill_precision_one(one, last, n, loss, p->kinds, 0);
+        off[1][s] = share_of(one, from, first, &place) - share_of(one, last, n, &place);
     }
     bool found = false;
     for (int k = 0; k < 2; k++) {
@@ -334,21 +333,21 @@ uint64_t mill_precision_cut(const struct mill_precision_set *set, bool *settled)
     return cut;
 }
 
-struct mill_precision_known mill_precision_tell(const struct mill_precision_set *set, uint64_t from)
+struct mill_precision_known mill_precision_tell(const struct mill_precision_set *s, uint64_t from)
 {
-    const struct mill_precision *p = set->of[0];
+    const struct mill_precision *p = s->of[0];
     const struct mill_account *now = &p->accounts[p->at.batches];
     struct mill_precision_known known = {.batches = p->at.batches - from};
     known.idle = now->work_gross <= rounding * now->incident;
     known.enough = known.batches >= MILL_SPREAD_FEWEST &&
                    (known.idle || known.batches >= MILL_SPREAD_PERIODS * p->at.period);
-    known.drifts = drifts(set, from, REFUSED);
-    known.median = tell_median(set, from, 0, &known.slips);
-    known.median_fast = tell_median(set, from, p->fast, &known.slips);
+    known.drifts = drifts(s, from, REFUSED);
+    known.median = tell_median(s, from, 0, &known.slips);
+    known.median_fast = tell_median(s, from, p->fast, &known.slips);
     const struct mill_precision_rate *rate = mill_precision_rates;
     for (; rate < mill_precision_rates + MILL_PRECISION_RATES; rate++)
         for (size_t i = 0; i < numbers_of(p, rate); i++)
-            mill_precision_of(&known, rate, 0)[i] = rate_of(set, from, rate, i);
+            mill_precision_of(&known, rate, 0)[i] = rate_of(s, from, rate, i);
     return known;
 }
 

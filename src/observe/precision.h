@@ -73,11 +73,10 @@ extern const struct mill_precision_rate mill_precision_rates[MILL_PRECISION_RATE
 
 /* The mean of a rate: of this motion, or of this kind; `kinds`: of all kinds */
 static inline struct mill_spread_mean *mill_precision_of(const struct mill_precision_known *known,
-                                                         const struct mill_precision_rate *rate,
+                                                         const struct mill_precision_rate *r,
                                                          int row)
 {
-    return (struct mill_spread_mean *)(void *)((char *)known + rate->to) +
-           (size_t)row * rate->width;
+    return (struct mill_spread_mean *)(void *)((char *)known + r->to) + (size_t)row * r->width;
 }
 
 /* Prepares batches for the motions of this world, starting at `origin` [s]. The grid must outlive

@@ -162,9 +162,8 @@ static enum mill_status tell_impact(struct mill_replay *r, const struct mill_rep
 /* Only maps and other observers need the balls; all else in the statistics uses the account. */
 static bool wants_balls(const struct mill_observer *o, double time)
 {
-    const struct mill_tally *tally = (const struct mill_tally *)o;
-    return o->type != &mill_tally_type.type ||
-           (tally->at.open && mill_tally_snapshot(tally, 0) <= time);
+    const struct mill_tally *t = (const struct mill_tally *)o;
+    return o->type != &mill_tally_type.type || (t->at.open && mill_tally_snapshot(t, 0) <= time);
 }
 
 /* Moves everything to this time, and takes the samples that are due then. */

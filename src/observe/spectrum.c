@@ -44,7 +44,7 @@ void mill_spectrum_grid_init(struct mill_spectrum_grid *grid)
     offsetof(struct mill_spectrum, slot[0].member), MILL_SPECTRUM_SLOTS,                           \
         sizeof(struct mill_spectrum_slot)
 
-static const struct mill_sum sum_of[] = {
+static const struct mill_sum sums[] = {
     {"sum", "m s-1", "sum of the speeds", MILL_H5_F64, offsetof(struct mill_spectrum, sum), 0, 0},
     {"count", "1",
      "how many fell into each bin; attributes underflow (zero included) and overflow: how many lay "
@@ -54,8 +54,7 @@ static const struct mill_sum sum_of[] = {
      "energy dissipated by those of each bin; attributes underflow and overflow: by those outside",
      MILL_H5_F64, SLOTS(dissipation)}};
 
-const struct mill_sums_list mill_spectrum_sums = {"spectra", sizeof(struct mill_spectrum), 3,
-                                                  sum_of};
+const struct mill_sums_list mill_spectrum_sums = {"spectra", sizeof(struct mill_spectrum), 3, sums};
 
 struct mill_spectrum_slot mill_spectrum_total(const struct mill_spectrum *spectrum, int slot)
 {

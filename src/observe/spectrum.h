@@ -92,7 +92,6 @@ void mill_spectrum_raise(const struct mill_spectrum *spectrum, double level,
 
 /* [m/s] The speed there: log-linear within a bin; 0 within the underflow; the highest edge within
  * the overflow. NaN if there are no speeds. */
-double mill_spectrum_speed(const struct mill_spectrum_grid *grid,
-                           const struct mill_spectrum_place *place);
+double mill_spectrum_speed(const struct mill_spectrum_grid *g, const struct mill_spectrum_place *p);
 
 #endif

@@ -129,13 +129,13 @@ bool mill_spread_few(const double *count, struct mill_spread_of of)
     return of.each == 1 && 2 * sum * sum < (double)least * squares;
 }
 
-struct mill_spread_mean mill_spread_counted(const double *x, struct mill_spread_of of, double time)
+struct mill_spread_mean mill_spread_counted(const double *x, struct mill_spread_of of, double t)
 {
     struct mill_spread_mean mean = mill_spread_mean(x, of);
     /* a count: compare with half of one less, because rates are rounded */
-    if (mill_spread_few(x, of) || mean.value * time < MILL_SPREAD_SEEN - 0.5)
+    if (mill_spread_few(x, of) || mean.value * t < MILL_SPREAD_SEEN - 0.5)
         return (struct mill_spread_mean){mean.value, NAN, 0};
     if (mean.freedom > 0)
-        mean.error = fmax(mean.error, sqrt(mean.value / time));
+        mean.error = fmax(mean.error, sqrt(mean.value / t));
     return mean;
 }

@@ -38,9 +38,8 @@ void mill_sums_clear(struct mill_sums *sums);
 /* into += from, which has as many records or fewer: of two stretches of time, or of two runs */
 void mill_sums_add(struct mill_sums *into, const struct mill_sums *from);
 
-/* The same for `count` records of this list */
-void mill_sums_add_records(const struct mill_sums_list *list, size_t count, void *into,
-                           const void *from);
+/* The same for n records of this list */
+void mill_sums_add_records(const struct mill_sums_list *list, size_t n, void *to, const void *from);
 
 /* Saves or loads the records as the field PREFIX_NAME. */
 void mill_sums_state(struct mill_sums *sums, const char *prefix, struct mill_state *state);

@@ -150,31 +150,29 @@ static void map_impact(struct mill_tally *tally, const struct mill_impact *impac
 static enum mill_status on_impact(struct mill_observer *observer, const struct mill_impact *impact,
                                   struct mill_error *error)
 {
-    struct mill_tally *tally = (struct mill_tally *)observer;
+    struct mill_tally *t = (struct mill_tally *)observer;
     enum mill_status status = MILL_OK;
-    if (!tally->at.closed && (tally->at.open || impact->time >= tally->watch)) {
-        struct mill_wear_sum *wear =
-            mill_wear_facet(&tally->plan.wear, tally->gathered.wear, impact);
-        const int normal = mill_spectrum_find(&tally->grid, impact->normal_speed);
-        const int tangential = mill_spectrum_find(&tally->grid, impact->tangential_speed);
-        if (tally->at.open) {
-            mill_energies_impact(&tally->plan.energies, tally->gathered.pair, impact);
-            count(tally, &tally->gathered.impacts[impact->kind], impact, normal, tangential);
-            map_impact(tally, impact);
-            if (wear)
-                mill_wear_impact(&tally->plan.wear, wear, impact);
-            const int bin = mill_wear_facets_bin(&tally->plan.wear, impact);
+    if (!t->at.closed && (t->at.open || impact->time >= t->watch)) {
+        struct mill_wear_sum *at = mill_wear_facet(&t->plan.wear, t->gathered.wear, impact);
+        const int normal = mill_spectrum_find(&t->grid, impact->normal_speed);
+        const int tangential = mill_spectrum_find(&t->grid, impact->tangential_speed);
+        if (t->at.open) {
+            mill_energies_impact(&t->plan.energies, t->gathered.pair, impact);
+            count(t, &t->gathered.impacts[impact->kind], impact, normal, tangential);
+            map_impact(t, impact);
+            if (at)
+                mill_wear_impact(&t->plan.wear, at, impact);
+            const int bin = mill_wear_facets_bin(&t->plan.wear, impact);
             if (bin >= 0)
-                mill_wear_impact(&tally->plan.wear, tally->gathered.along + bin, impact);
+                mill_wear_impact(&t->plan.wear, t->gathered.along + bin, impact);
         }
-        status = count_strike(tally, impact, normal, tangential, error);
+        status = count_strike(t, impact, normal, tangential, error);
     }
-    mill_charge_impact(&tally->charge, tally->blocks.blocks, tally->at.open && !tally->at.closed,
-                       impact);
-    tally->at.collisions += !impact->lasting;
-    if (tally->at.collisions < tally->collisions || status != MILL_OK)
+    mill_charge_impact(&t->charge, t->blocks.blocks, t->at.open && !t->at.closed, impact);
+    t->at.collisions += !impact->lasting;
+    if (t->at.collisions < t->collisions || status != MILL_OK)
         return status;
-    tally->at.ended = MILL_TALLY_COLLISIONS;
+    t->at.ended = MILL_TALLY_COLLISIONS;
     return mill_error_set(error, MILL_ENDED, "max_collisions");
 }
 
@@ -259,13 +257,13 @@ static void tell_strikes(struct mill_strikes *pairs, struct mill_state *state)
 static void tell_state(struct mill_observer *observer, struct mill_state *state)
 {
     struct mill_tally *t = (struct mill_tally *)observer;
-    struct mill_precision *batches = &t->batches;
+    struct mill_precision *b = &t->batches;
     mill_state_field(state, "next", MILL_FIELD_F64, 1, &observer->next);
     mill_state_structs(state, "progress", sizeof t->at, 1, &t->at);
-    mill_state_structs(state, "batches", sizeof batches->at, 1, &batches->at);
+    mill_state_structs(state, "b", sizeof b->at, 1, &b->at);
     /* these numbers give the lengths of what follows and indices into it */
-    const bool sane = batches->at.batches < batches->most && t->at.length > 0 &&
-                      t->at.portions < MILL_TALLY_PORTIONS;
+    const bool sane =
+        b->at.batches < b->most && t->at.length > 0 && t->at.portions < MILL_TALLY_PORTIONS;
     if (state->loads && !sane)
         mill_state_refuse(state, "the saved statistics are damaged");
     if (state->status != MILL_OK)
@@ -280,16 +278,15 @@ static void tell_state(struct mill_observer *observer, struct mill_state *state)
         else
             mill_state_refuse(state, "out of memory for the statistics");
     }
-    const size_t n = (size_t)batches->at.batches;
+    const size_t n = (size_t)b->at.batches;
     mill_energies_blocks_state(&t->blocks, state);
     if (t->charge.world) {
         mill_sums_state(&t->charge.blocks, "blocks", state);
         mill_state_field(state, "met", MILL_FIELD_F64, (size_t)t->world->balls, t->charge.met);
     }
     mill_state_structs(state, "before", sizeof *t->before, MILL_SPECTRUM_SLOTS, t->before);
-    mill_state_structs(state, "accounts", sizeof *batches->accounts, n + 1, batches->accounts);
-    mill_state_field(state, "batch_counts", MILL_FIELD_I32, n * MILL_SPECTRUM_SLOTS,
-                     *batches->counts);
+    mill_state_structs(state, "accounts", sizeof *b->accounts, n + 1, b->accounts);
+    mill_state_field(state, "batch_counts", MILL_FIELD_I32, n * MILL_SPECTRUM_SLOTS, *b->counts);
 }
 
 /* ---- creation ---- */

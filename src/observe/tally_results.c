@@ -140,7 +140,7 @@ uint64_t mill_tally_window(const struct mill_tally *t, struct mill_tally_progres
 static void add_starts(struct mill_tally_results *r)
 {
     const struct mill_tally *first = r->tally;
-    const uint64_t batches = first->batches.at.batches;
+    const uint64_t n = first->batches.at.batches;
     r->at.at_begin = r->at.at_end = r->late = (struct mill_account){0};
     for (int s = 0; s < first->starts; s++) {
         const struct mill_tally *t = first->start[s];
@@ -151,8 +151,7 @@ static void add_starts(struct mill_tally_results *r)
                                                       : &t->at.at_begin;
         mill_world_add_account(&r->at.at_begin, then);
         mill_world_add_account(&r->at.at_end, now);
-        mill_world_add_account(&r->late,
-                               t->at.open ? &at[r->from + 9 * (batches - r->from) / 10] : now);
+        mill_world_add_account(&r->late, t->at.open ? &at[r->from + 9 * (n - r->from) / 10] : now);
         const uint64_t portions = t->search ? t->at.portions : 0;
         mill_gathered_add(&r->sums, &t->gathered);
         for (uint64_t i = portions > 0 ? r->from / t->at.length : 0; i < portions; i++)

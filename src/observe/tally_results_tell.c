@@ -15,8 +15,7 @@ static const struct mill_sum speed_of[] = {
      SPEED(quantile, MILL_TALLY_LEVELS)},
     {"quantiles_above_floor", "m s-1", "quantiles over the impacts from statistics/above_floor on",
      SPEED(quantile_fast, MILL_TALLY_LEVELS)}};
-static const struct mill_sums_list speed_list = {"speed", sizeof(struct mill_tally_speed), 5,
-                                                 speed_of};
+static const struct mill_sums_list list = {"speed", sizeof(struct mill_tally_speed), 5, speed_of};
 
 /* Writes number k of the spectrum with what is outside of the bins as attributes. */
 static void tell_bins(struct mill_sink *sink, const struct mill_spectrum *spectrum, int k)
@@ -34,9 +33,9 @@ static void tell_speed(struct mill_sink *sink, const char *name,
                        const struct mill_spectrum_grid *grid, const struct mill_tally_speed *speed,
                        const struct mill_spectrum *spectrum)
 {
-    const struct mill_sums sums = {&speed_list, 1, (void *)speed};
+    const struct mill_sums sums = {&list, 1, (void *)speed};
     sink->open(sink, name);
-    for (int k = 0; k < speed_list.count; k++) {
+    for (int k = 0; k < list.count; k++) {
         mill_sums_tell(&sums, k, &(struct mill_sums_view){0}, sink);
         if (sink->full && speed_of[k].n > 0)
             sink->attribute(sink, "levels", MILL_H5_F64, MILL_TALLY_LEVELS, mill_tally_level);
@@ -88,13 +87,12 @@ static void tell_motion(struct mill_sink *sink, const struct mill_precision_know
     static const char *const of_rotor[2] = {"work of the rotor on the balls / duration",
                                             "mean torque of the rotor on the balls about +x"};
     for (int i = 0; i < 2; i++) {
-        const struct mill_precision_rate *rate = &mill_precision_rates[MILL_PRECISION_POWER + i];
-        const struct mill_spread_mean *mean = mill_precision_of(known, rate, k);
+        const struct mill_precision_rate *of = &mill_precision_rates[MILL_PRECISION_POWER + i];
+        const struct mill_spread_mean *mean = mill_precision_of(known, of, k);
         char name[32];
-        snprintf(name, sizeof name, "%s_error", rate->name);
-        mill_tell_number(sink, rate->name, mean->value, rate->unit,
-                         rotor ? of_rotor[i] : rate->meaning);
-        mill_tell_number(sink, name, mean->error, rate->unit, error);
+        snprintf(name, sizeof name, "%s_error", of->name);
+        mill_tell_number(sink, of->name, mean->value, of->unit, rotor ? of_rotor[i] : of->meaning);
+        mill_tell_number(sink, name, mean->error, of->unit, error);
     }
 }
 
@@ -359,24 +357,25 @@ static void tell_starts(struct mill_sink *sink, const struct mill_tally_results 
 
 void mill_tally_results_tell(const struct mill_tally_results *r, struct mill_sink *sink)
 {
-    const struct mill_gathered_plan *plan = &r->tally->plan;
+    const struct mill_tally *t = r->tally;
+    const struct mill_gathered_plan *plan = &t->plan;
     const struct mill_gathered *sums = &r->sums;
     const struct mill_energies_blocks *blocks[MILL_PRECISION_STARTS];
     sink->open(sink, "statistics");
-    mill_tell_count(sink, "starts", (uint64_t)r->tally->starts,
+    mill_tell_count(sink, "starts", (uint64_t)t->starts,
                     "starts of the mill that the statistics are of");
     mill_tell_number(sink, "duration", r->duration, "s",
-                     r->tally->search ? "length of the window that the statistics cover: from the "
-                                        "end of the start-up to the end"
-                                      : "length of the window that the statistics cover: from "
-                                        "run.sample_from to the end");
+                     t->search ? "length of the window that the statistics cover: from the "
+                                 "end of the start-up to the end"
+                               : "length of the window that the statistics cover: from "
+                                 "run.sample_from to the end");
     mill_tell_number(sink, "above_floor", r->above_floor, "m s-1",
                      "normal speed from which on impacts do not depend on the rebound floor: six "
                      "floors, at least 0.05 m/s");
-    mill_tell_number(sink, "strike_window", r->tally->pairs.window, "s",
+    mill_tell_number(sink, "strike_window", t->pairs.window, "s",
                      "impacts of a pair within this time are one strike");
     mill_tell_number(sink, "hard_energy", r->is_hard.energy, "J",
-                     isnan(r->tally->asked.hard)
+                     isnan(t->asked.hard)
                          ? "above it falls half of the energy that impacts lose; such impacts are "
                            "hard"
                          : "impacts of this energy or more are hard");
@@ -397,23 +396,21 @@ void mill_tally_results_tell(const struct mill_tally_results *r, struct mill_sin
     if (sink->full) {
         sink->open(sink, "energies");
         mill_energies_tell(&plan->energies, &sums->part[MILL_GATHERED_PAIRS], sink);
-        for (int s = 0; s < r->tally->starts; s++)
-            blocks[s] = &r->tally->start[s]->blocks;
-        mill_energies_blocks_tell(blocks, r->tally->starts, &plan->energies, &r->tally->batches,
-                                  r->from, sink);
+        for (int s = 0; s < t->starts; s++)
+            blocks[s] = &t->start[s]->blocks;
+        mill_energies_blocks_tell(blocks, t->starts, &plan->energies, &t->batches, r->from, sink);
         sink->close(sink);
         mill_maps_tell(&plan->maps, &sums->part[MILL_GATHERED_HITS], sums->flow,
                        sums->counts->samples, sink);
         if (!sink->part) /* another program's run: the surfaces that balls met are not known */
-            mill_wear_tell(&plan->wear, sums->wear, sums->along, r->duration, r->tally->asked.wear,
-                           sink);
+            mill_wear_tell(&plan->wear, sums->wear, sums->along, r->duration, t->asked.wear, sink);
     }
     tell_motions(sink, r);
     tell_precision(sink, r);
-    if (r->tally->charge.world)
+    if (t->charge.world)
         tell_charge(sink, r);
     sink->close(sink);
-    if (r->tally->charge.world && sink->full)
-        tell_charge_series(sink, r->tally);
+    if (t->charge.world && sink->full)
+        tell_charge_series(sink, t);
     tell_starts(sink, r);
 }

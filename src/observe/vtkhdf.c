@@ -166,11 +166,10 @@ static void put_view(struct scene *s, const char *group, const char *name, const
                      const char *unit, const char *text)
 {
     const size_t balls = (size_t)s->world->balls;
-    const size_t dims[2] = {s->frames * balls, 3}, source_dims[3] = {s->frames, balls, 3};
+    const size_t dims[2] = {s->frames * balls, 3}, held[3] = {s->frames, balls, 3};
     char source[PATH];
     snprintf(source, sizeof source, TRAJECTORY "/%s/value", state);
-    mill_h5_view(s->file, at(s, group, name), MILL_H5_F32, 2, dims, source, 3, source_dims, unit,
-                 text);
+    mill_h5_view(s->file, at(s, group, name), MILL_H5_F32, 2, dims, source, 3, held, unit, text);
 }
 
 static void put_balls(struct scene *s)
@@ -252,18 +251,17 @@ static void put_points(struct scene *s, const struct mill_mesh *mesh, int k, siz
     const struct mill_world *world = s->world;
     const bool rotor = k >= 0 && k == world->rotor && !world->motion[k]->on;
     double *pose = read_poses(s, k);
-    struct mill_h5_column *column =
-        mill_h5_column_create(s->file, at(s, "", "Points"), &corners, 0);
+    struct mill_h5_column *rows = mill_h5_column_create(s->file, at(s, "", "Points"), &corners, 0);
     for (size_t i = 0; i < frames && !s->left && mill_h5_status(s->file, NULL) == MILL_OK; i++) {
         const double time = mill_observe_due(s->asked->frames, s->asked->end, i);
         if (rotor)
             turn(mesh, s->asked->rotor_angle + world->rotor_speed * time, points);
         else
             move(mesh, pose, i, s->frames, points);
-        mill_h5_column_append(column, mesh->points, points);
+        mill_h5_column_append(rows, mesh->points, points);
         s->left = s->going && !s->going->on(s->going->self, (double)i, (double)s->frames);
     }
-    mill_h5_column_close(column);
+    mill_h5_column_close(rows);
     free(pose);
 }
 

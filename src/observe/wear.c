@@ -18,16 +18,15 @@
 
 #define FACET(member) offsetof(struct mill_wear_sum, member), 0, 0
 
-static const struct mill_sum sum_of[] = {
+static const struct mill_sum each[] = {
     {"count", "1", "impacts", MILL_H5_U64, FACET(count)},
     {"normal", "J", "lost along the normal", MILL_H5_F64, FACET(normal)},
     {"sliding", "J", "lost in the surface", MILL_H5_F64, FACET(sliding)},
     {"slid", "J", "part of it of impacts that did not stick", MILL_H5_F64, FACET(slid)},
     {"carved", "J", "m g^2 f(angle) of Finnie's law", MILL_H5_F64, FACET(carved)}};
 
-const struct mill_sums_list mill_wear_sums = {"wear", sizeof(struct mill_wear_sum), 5, sum_of};
-const struct mill_sums_list mill_wear_along_sums = {"along", sizeof(struct mill_wear_sum), 5,
-                                                    sum_of};
+const struct mill_sums_list mill_wear_sums = {"wear", sizeof(struct mill_wear_sum), 5, each};
+const struct mill_sums_list mill_wear_along_sums = {"along", sizeof(struct mill_wear_sum), 5, each};
 
 bool mill_wear_init(struct mill_wear_plan *plan, const struct mill_world *world)
 {
@@ -92,8 +91,7 @@ static const struct mill_sum place_of[] = {
     {"centre", "m", "middle of the facet, in the frame of the part's motion",
      PLACE(MILL_H5_F64, centre), 3, sizeof(double)},
     {"area", "m2", "area of the facet", PLACE(MILL_H5_F64, area), 0, 0}};
-static const struct mill_sums_list place_list = {"facets", sizeof(struct mill_wear_facet), 4,
-                                                 place_of};
+static const struct mill_sums_list places = {"facets", sizeof(struct mill_wear_facet), 4, place_of};
 
 /* The results of a facet */
 struct worn {
@@ -171,10 +169,9 @@ static void tell_parts(const struct mill_wear_plan *plan, struct mill_sink *sink
     for (int k = 0; k < w->motions; k++)
         motion[k] = w->motion_name[k];
     for (size_t i = 0; row && pose && i < parts; i++) {
-        const struct mill_shape *shape = w->shape[plan->part[i].shape];
+        const struct mill_shape *is = w->shape[plan->part[i].shape];
         const int of = motion_of(plan, (int)i);
-        row[i] =
-            (struct part_row){kinds.number[shape->kind], shape->number, of, plan->part[i].round};
+        row[i] = (struct part_row){kinds.number[is->kind], is->number, of, plan->part[i].round};
         mill_outline_rows(&plan->start[of + 1], pose[i]);
         mill_outline_rows(&plan->part[i].chart, pose[parts + i]);
     }
@@ -215,15 +212,14 @@ static void tell_cells(const struct mill_wear_plan *plan, struct mill_sink *sink
         }
         lattice[i][6] = p->radius;
         for (size_t k = 0; k < mill_wear_facets_cells(p); k++) {
-            const size_t cell = k / MILL_WEAR_FACES, depth = (size_t)p->n[2],
-                         rings = (size_t)p->n[1];
-            const int32_t ring = (int32_t)(cell / depth % rings);
+            const size_t at = k / MILL_WEAR_FACES, depth = (size_t)p->n[2], rings = (size_t)p->n[1];
+            const int32_t ring = (int32_t)(at / depth % rings);
             if (p->cell[k] < 0)
                 continue;
             row[n][0] = p->cell[k];
-            row[n][1] = (int32_t)(cell / depth / rings);
+            row[n][1] = (int32_t)(at / depth / rings);
             row[n][2] = ring;
-            row[n][3] = (int32_t)(cell % depth);
+            row[n][3] = (int32_t)(at % depth);
             row[n][4] = p->joined ? p->joined[ring] : 1;
             row[n++][5] = (int32_t)(k % MILL_WEAR_FACES);
         }
@@ -231,7 +227,7 @@ static void tell_cells(const struct mill_wear_plan *plan, struct mill_sink *sink
     const size_t cells[2] = {n, 6}, lattices[2] = {(size_t)plan->parts, 7};
     if (row && lattice) {
         sink->values(sink, "cells", MILL_H5_I32, 2, cells, row, "1",
-                     "cells of the facets: facet, cell along each of the three coordinates, cells "
+                     "cells of the facets: facet, at along each of the three coordinates, cells "
                      "that are one along the third, face");
         sink->values(sink, "lattices", MILL_H5_F64, 2, lattices, lattice, "m",
                      "of each part: beginning and size of the cells along the three coordinates, "
@@ -403,7 +399,7 @@ void mill_wear_tell(const struct mill_wear_plan *plan, struct mill_wear_sum *sum
         worn[i] = results_of(plan, (int32_t)i, &sum[i], duration, law);
     sink->open(sink, "wear");
     tell_parts(plan, sink);
-    mill_sums_tell_all(&(struct mill_sums){&place_list, n, plan->facet}, sink);
+    mill_sums_tell_all(&(struct mill_sums){&places, n, plan->facet}, sink);
     mill_sums_tell_all(&(struct mill_sums){&worn_list, n, worn}, sink);
     tell_cells(plan, sink);
     tell_mesh(plan, worn, sink);

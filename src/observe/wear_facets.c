@@ -97,13 +97,13 @@ static int32_t nearest(const struct mill_wear_plan *plan, const struct mill_wear
     return best;
 }
 
-int32_t mill_wear_facets_find(const struct mill_wear_plan *plan, int part, vec3 place, vec3 facing)
+int32_t mill_wear_facets_find(const struct mill_wear_plan *plan, int part, vec3 place, vec3 faces)
 {
     const struct mill_wear_part *p = &plan->part[part];
     int at[3];
     if (!p->cell) /* nothing of it can be reached */
         return -1;
-    const int face = cell_of(p, place, facing, at);
+    const int face = cell_of(p, place, faces, at);
     const int32_t id = p->cell[index_of(p, at, face)];
     return id >= 0 ? id : nearest(plan, p, at, face);
 }
@@ -248,8 +248,7 @@ static void tidy(struct mill_wear_plan *plan, struct mill_wear_part *p, int32_t 
     for (int32_t id = first; id < plan->facets; id++)
         if (into[id] == id) {
             plan->facet[kept] = plan->facet[id];
-            plan->facet[kept].centre =
-                vec3_scale(plan->facet[id].centre, 1.0 / plan->facet[id].area);
+            plan->facet[kept].centre = vec3_scale(plan->facet[id].centre, 1 / plan->facet[id].area);
             into[id] = -1 - kept++; /* its new number, marked */
         }
     for (size_t i = 0; i < mill_wear_facets_cells(p); i++) {
