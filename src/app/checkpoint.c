@@ -13,19 +13,18 @@ struct carrier {
     char owner[40]; /* of the fields */
 };
 
-static void carry(struct mill_state *state, const char *name, enum mill_field type, size_t count,
-                  void *at)
+static void carry(struct mill_state *s, const char *name, enum mill_field type, size_t n, void *at)
 {
     static const enum mill_h5_type type_of[] = {[MILL_FIELD_F64] = MILL_H5_F64,
                                                 [MILL_FIELD_I32] = MILL_H5_I32,
                                                 [MILL_FIELD_WORD] = MILL_H5_U64};
-    struct carrier *carrier = (struct carrier *)state;
+    struct carrier *carrier = (struct carrier *)s;
     char path[128];
     snprintf(path, sizeof path, PATH "/%s/%s", carrier->owner, name);
-    if (state->loads)
-        state->status = mill_h5_read(carrier->file, path, type_of[type], count, at, state->error);
+    if (s->loads)
+        s->status = mill_h5_read(carrier->file, path, type_of[type], n, at, s->error);
     else
-        mill_h5_write_checked(carrier->file, path, type_of[type], count, at,
+        mill_h5_write_checked(carrier->file, path, type_of[type], n, at,
                               "part of the state of an unfinished run");
 }
 

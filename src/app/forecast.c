@@ -152,11 +152,9 @@ static double work_out(const struct mill_deck *deck, const struct mill_world *wo
                   (world->balls * FRAME + points_of(world) * POINT);
     /* without contacts only the simulated time can be used */
     const double cost = to->cpu - from->cpu, met = to->contacts - from->contacts;
-    const bool by_contacts = met > 0 && !world->soft.on;
+    const bool counted = met > 0 && !world->soft.on;
     const double took = to->time - from->time;
-    f.cpu = to->cpu + (by_contacts ? rest / met * cost
-                       : took > 0  ? (end - f.trial) / took * cost
-                                   : 0);
+    f.cpu = to->cpu + (counted ? rest / met * cost : took > 0 ? (end - f.trial) / took * cost : 0);
     f.contacts *= (double)deck->observe.starts;
     f.cpu = f.cpu * (double)deck->observe.starts + f.file * WRITING;
     f.memory = mill_record_peak_memory() + (double)deck->observe.starts * LATER;

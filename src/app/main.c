@@ -108,7 +108,7 @@ static enum mill_status check_output(const struct mill_run_order *o)
         return status;
     if (stat(output, &found) == 0) {
         if (S_ISDIR(found.st_mode))
-            return mill_error_set(o->error, MILL_BAD_DECK, "%s: is a in; %s the name of a file",
+            return mill_error_set(o->error, MILL_BAD_DECK, "%s: is a folder; %s the name of a file",
                                   output, start ? "give" : "use -o with");
         if (!S_ISREG(found.st_mode))
             return mill_error_set(o->error, MILL_BAD_DECK,
@@ -128,8 +128,8 @@ static enum mill_status check_output(const struct mill_run_order *o)
     if (slash && !slash[1])
         return mill_error_set(o->error, MILL_BAD_DECK, "%s: is not the name of a file", output);
     if (access(in, W_OK | X_OK) != 0)
-        return mill_error_set(o->error, MILL_BAD_DECK, "%s: cannot be written: its in: %s", output,
-                              strerror(errno));
+        return mill_error_set(o->error, MILL_BAD_DECK, "%s: cannot be written: its folder: %s",
+                              output, strerror(errno));
     return MILL_OK;
 }
 

@@ -333,36 +333,34 @@ static enum mill_status compare_files(struct mill_h5 *file, const char *name,
 enum mill_status mill_record_compare(struct mill_h5 *file, const char *name,
                                      const struct mill_deck *deck, struct mill_error *error)
 {
-    const char *there = "", *here = "", *section = "", *more = "nothing more";
+    const char *was = "", *here = "", *section = "", *more = "nothing more";
     char *old = NULL, *new = mill_deck_printed(deck, mill_deck_print),
          *cut[2] = {NULL, new ? strdup(new) : NULL};
-    struct mill_error what;
+    struct mill_error w;
     enum mill_status status = mill_h5_read_text(file, "/deck/text", &old, NULL);
     if (status != MILL_OK)
         mill_error_set(error, status, "%s: is not an output file of millsim", name);
     else if (!cut[1] || !(cut[0] = strdup(old)))
         status = mill_error_set(error, MILL_FAILED, "out of memory for the deck's text");
     struct lines from = {cut[0], false}, to = {cut[1], false};
-    while (status == MILL_OK && (*from.rest || *to.rest) && strcmp(there, here) == 0) {
-        there = next_line(&from);
+    while (status == MILL_OK && (*from.rest || *to.rest) && strcmp(was, here) == 0) {
+        was = next_line(&from);
         here = next_line(&to);
         section = *here == '[' || !*here ? here : section;
     }
-    if (*there == '[' && !strstr(new, there))
-        mill_error_set(&what, MILL_OK, "its deck has a section %s, and the given deck has none",
-                       there);
+    if (*was == '[' && !strstr(new, was))
+        mill_error_set(&w, MILL_OK, "its deck has a section %s, and the given deck has none", was);
     else if (*here == '[' && !strstr(old, here))
-        mill_error_set(&what, MILL_OK, "its deck has no section %s, and the given deck has one",
-                       here);
+        mill_error_set(&w, MILL_OK, "its deck has no section %s, and the given deck has one", here);
     else
-        mill_error_set(&what, MILL_OK, "%s %s'%.400s' in the file, '%.400s' in the deck", section,
-                       strcspn(there, "=") == strcspn(here, "=") ? "" : "has other keys: ",
-                       *there ? there : more, *here ? here : more);
-    if (strcmp(there, here) != 0)
+        mill_error_set(&w, MILL_OK, "%s %s'%.400s' in the file, '%.400s' in the deck", section,
+                       strcspn(was, "=") == strcspn(here, "=") ? "" : "has other keys: ",
+                       *was ? was : more, *here ? here : more);
+    if (strcmp(was, here) != 0)
         status = mill_error_set(error, MILL_BAD_DECK,
                                 "%s: is of another deck: %s; resume it with its own deck, or start "
                                 "again with --force",
-                                name, what.text);
+                                name, w.text);
     free(old);
     free(new);
     free(cut[0]);

@@ -182,12 +182,11 @@ static void run_part(void *self, int part)
 {
     struct mill_starts *s = self;
     (void)part;
-    int k;
-    do {
-        k = __atomic_fetch_add(&s->next, 1, __ATOMIC_SEQ_CST);
-        if (k < s->count)
-            advance(s, &s->one[k]);
-    } while (k < s->count && mill_record_clock(CLOCK_MONOTONIC) < s->due);
+    for (int k; (k = __atomic_fetch_add(&s->next, 1, __ATOMIC_SEQ_CST)) < s->count;) {
+        advance(s, &s->one[k]);
+        if (mill_record_clock(CLOCK_MONOTONIC) >= s->due)
+            break;
+    }
 }
 
 enum mill_status mill_starts_go(struct mill_starts *s, double wall,

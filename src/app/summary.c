@@ -172,23 +172,22 @@ static void print_hard(const struct mill_summary *s)
  * also as Morrell counts them, from 3 o'clock. */
 static void print_charge(const struct mill_summary *s)
 {
-    const char *text[MILL_CHARGE_FLIGHT + 1], *morrell[MILL_CHARGE_FLIGHT + 1];
+    const char *t[MILL_CHARGE_FLIGHT + 1], *morrell[MILL_CHARGE_FLIGHT + 1];
     for (int i = 0; i <= MILL_CHARGE_FLIGHT; i++) {
         const double times = i == MILL_CHARGE_FLIGHT ? 100 : 180 / MILL_PI;
         const double value = times * s->results->charge[i].value;
         const double error = times * s->results->charge[i].error;
         const int digits = error < 0.1 ? 2 : 1;
-        text[i] = isnan(value)   ? "-"
-                  : isnan(error) ? mill_summary_text("%.1f", value)
-                                 : mill_summary_text("%.*f +- %.*f", digits, value, digits, error);
+        t[i] = isnan(value)   ? "-"
+               : isnan(error) ? mill_summary_text("%.1f", value)
+                              : mill_summary_text("%.*f +- %.*f", digits, value, digits, error);
         morrell[i] = isnan(value) ? "-" : mill_summary_text("%.0f", fmod(value + 630, 360));
     }
     if (!s->results->tally->charge.world)
         return;
-    mill_summary_line(s->out, "charge", "toe %s deg, shoulder %s deg from 6 o'clock\n", text[0],
-                      text[1]);
+    mill_summary_line(s->out, "charge", "toe %s deg, shoulder %s deg from 6 o'clock\n", t[0], t[1]);
     mill_summary_line(s->out, "", "(Morrell: %s, %s), repose %s deg, %s %% in flight\n", morrell[0],
-                      morrell[1], text[2], text[3]);
+                      morrell[1], t[2], t[3]);
 }
 
 static void print_means(const struct mill_summary *s)

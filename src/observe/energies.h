@@ -86,17 +86,15 @@ void mill_energies_blocks_restart(struct mill_energies_blocks *blocks);
 void mill_energies_blocks_state(struct mill_energies_blocks *blocks, struct mill_state *state);
 
 /* First block that begins at a batch or after it */
-static inline uint64_t mill_energies_blocks_first(const struct mill_energies_blocks *blocks,
-                                                  uint64_t batch)
+static inline uint64_t mill_energies_blocks_first(const struct mill_energies_blocks *b, uint64_t at)
 {
-    return (batch + blocks->length - 1) / blocks->length;
+    return (at + b->length - 1) / b->length;
 }
 
 /* Blocks in a period of this many batches; 0: no whole number of them, more than one */
-static inline uint64_t mill_energies_blocks_period(const struct mill_energies_blocks *blocks,
-                                                   uint64_t period)
+static inline uint64_t mill_energies_blocks_period(const struct mill_energies_blocks *b, uint64_t n)
 {
-    return period > blocks->length && period % blocks->length == 0 ? period / blocks->length : 0;
+    return n > b->length && n % b->length == 0 ? n / b->length : 0;
 }
 
 /* Impacts of all pairs in each block from `first` on, each bin with its weight */

@@ -17,7 +17,7 @@ bool mill_gathered_plan(struct mill_gathered_plan *plan, const struct mill_world
 {
     *plan = (struct mill_gathered_plan){.kinds = world->kinds.count};
     return mill_maps_init(&plan->maps, world) && mill_energies_init(&plan->energies, world) &&
-           mill_wear_init(&plan->wear, world);
+           mill_wear_facets_make(&plan->wear, world);
 }
 
 void mill_gathered_free_plan(struct mill_gathered_plan *plan)

@@ -31,25 +31,24 @@ static struct walls walls_of(const struct mill_world *world)
 /* [m] Distance from a point of the container's frame to the nearest wall; < 0: it is outside. It
  * changes by no more than the point moves. normal: set to the direction away from that wall. near:
  * set to the walls that can be the nearest ones of a point within `reach` [m] of this one. */
-static double gap_of(const struct walls *walls, vec3 point, double reach, vec3 *normal,
-                     struct walls *near)
+static double gap_of(const struct walls *w, vec3 p, double reach, vec3 *normal, struct walls *near)
 {
-    const vec3 place = mill_pose_out(walls->frame, point); /* in the motion's frame */
+    const vec3 place = mill_pose_out(w->frame, p); /* in the motion's frame */
     double gap[MILL_WALLS] = {0.0}, least = INFINITY;
     vec3 away = {0.0, 0.0, 0.0};
-    for (int k = 0; k < walls->count; k++) {
-        const struct mill_shape *shape = walls->wall[k];
+    for (int k = 0; k < w->count; k++) {
+        const struct mill_shape *shape = w->wall[k];
         const struct mill_contact c = shape->type->contact(shape, place, 0, &mill_pose_still);
         gap[k] = c.gap;
         away = c.gap < least ? c.normal : away;
         least = mill_least(least, c.gap);
     }
-    near->frame = walls->frame;
+    near->frame = w->frame;
     near->count = 0;
-    for (int k = 0; k < walls->count; k++)
+    for (int k = 0; k < w->count; k++)
         if (gap[k] <= least + 2.001 * reach)
-            near->wall[near->count++] = walls->wall[k];
-    *normal = mill_pose_turn_in(walls->frame, away);
+            near->wall[near->count++] = w->wall[k];
+    *normal = mill_pose_turn_in(w->frame, away);
     return least;
 }
 

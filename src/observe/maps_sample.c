@@ -43,24 +43,23 @@ typedef double four __attribute__((vector_size(32), aligned(32), may_alias));
 #define INLINE static inline __attribute__((always_inline))
 
 /* Loads up to BLOCK balls from number `first` on. Repeats the last one to round up their number. */
-INLINE void take(struct block *b, const struct mill_world *world, int32_t first, double t,
-                 double times)
+INLINE void take(struct block *b, const struct mill_world *w, int32_t first, double t, double times)
 {
-    const struct mill_ball *ball = world->ball + first;
-    b->count = world->balls - first < BLOCK ? (int)(world->balls - first) : BLOCK;
+    const struct mill_ball *ball = w->ball + first;
+    b->count = w->balls - first < BLOCK ? (int)(w->balls - first) : BLOCK;
     b->padded = (b->count + LANES - 1) / LANES * LANES;
     const int n = b->padded;
     for (int i = 0; i < n; i++) {
         const double flown = mill_world_flown(ball, t);
-        const vec3 r = vec3_fly(ball->r, ball->v, world->g, flown);
-        const vec3 v = vec3_axpy(ball->v, flown, world->g);
+        const vec3 r = vec3_fly(ball->r, ball->v, w->g, flown);
+        const vec3 v = vec3_axpy(ball->v, flown, w->g);
         b->x[i] = r.x;
         b->y[i] = r.y;
         b->z[i] = r.z;
         b->u[i] = v.x;
         b->v[i] = v.y;
         b->w[i] = v.z;
-        const double a = world->species[ball->species].radius;
+        const double a = w->species[ball->species].radius;
         const bool relieved = ball->relief; /* it may be inside a body */
         ball += i + 1 < b->count;
         b->h[i] = a * HALF_SPACING;

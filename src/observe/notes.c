@@ -192,31 +192,30 @@ void mill_notes_expect(struct mill_notes *notes, const struct mill_world *world,
  * momentum L and moment of inertia I. The ring does not fall: w^2 r > g with w = L / I, r^2 = I /
  * m. A charge in a smooth drum without friction ends as a ring. A thick ring has nearly the rotor's
  * speed; a thin one is slower once the rotor does not reach it. */
-static double ring_speed(const struct mill_world *world, const struct mill_tally_results *r,
-                         double t)
+static double ring_speed(const struct mill_world *w, const struct mill_tally_results *r, double t)
 {
-    if (world->rotor_speed == 0 || !world->container.still)
+    if (w->rotor_speed == 0 || !w->container.still)
         return 0;
     uint64_t all = 0, rotor = 0; /* contacts in the last tenth */
-    for (int kind = 0; kind < world->kinds.count; kind++) {
+    for (int kind = 0; kind < w->kinds.count; kind++) {
         const uint64_t late = r->at.at_end.collisions[kind] - r->late.collisions[kind];
         const bool moves = kind == MILL_BALL_SHAFT || kind == MILL_BALL_BLADE || kind >= MILL_KINDS;
         all += late;
         rotor += moves ? late : 0;
     }
-    if (all < (uint64_t)world->balls || (double)rotor > 5e-3 * (double)all)
+    if (all < (uint64_t)w->balls || (double)rotor > 5e-3 * (double)all)
         return 0;
     double mass = 0, inertia = 0, momentum = 0;
-    for (int32_t i = 0; i < world->balls; i++) {
-        const double m = world->species[world->ball[i].species].mass;
-        const vec3 x = mill_world_position(world, i, t), v = mill_world_velocity(world, i, t);
+    for (int32_t i = 0; i < w->balls; i++) {
+        const double m = w->species[w->ball[i].species].mass;
+        const vec3 x = mill_world_position(w, i, t), v = mill_world_velocity(w, i, t);
         mass += m;
         inertia += m * (x.y * x.y + x.z * x.z);
         momentum += m * (x.y * v.z - x.z * v.y);
     }
-    const double speed = momentum / inertia, gravity = hypot(world->g.y, world->g.z);
+    const double speed = momentum / inertia, gravity = hypot(w->g.y, w->g.z);
     const bool turning =
-        0.5 * momentum * speed >= 0.9 * mill_world_energy(world, t).kinetic && speed != 0;
+        0.5 * momentum * speed >= 0.9 * mill_world_energy(w, t).kinetic && speed != 0;
     return turning && speed * speed * sqrt(inertia / mass) > gravity ? speed : 0;
 }
 

@@ -28,8 +28,7 @@ void mill_notes_expect(struct mill_notes *notes, const struct mill_world *world,
 /* Notes on the results of a run. The world is at local time t. stopped: a signal has stopped the
  * run. foreign: it is another program's run, without the notes that concern hard spheres only */
 void mill_notes_take(struct mill_notes *notes, const struct mill_world *world,
-                     const struct mill_tally_results *results, double t, bool stopped,
-                     bool foreign);
+                     const struct mill_tally_results *r, double t, bool stopped, bool foreign);
 
 /* Writes values and limits as the group "reach"; in a file also the sentences as "notes". others:
  * notes of the other program that made the run, to which the sentences are added; NULL: none did */

@@ -203,16 +203,15 @@ static struct mill_spread_mean tell_median(const struct mill_precision_set *set,
 
 /* ---- results of the batches ---- */
 
-#define FROM(member) offsetof(struct mill_account, member)
+#define AT(member) offsetof(struct mill_account, member)
 #define TO(member) offsetof(struct mill_precision_known, member)
 #define MOTION(member, to)                                                                         \
-    MILL_PRECISION_MOTION, FROM(motion[0].member), FROM(motion[1]) - FROM(motion[0]), false, 1,    \
-        TO(to)
-#define KIND(member, counts, width, to) MILL_PRECISION_KIND, FROM(member), 8, counts, width, TO(to)
+    MILL_PRECISION_MOTION, AT(motion[0].member), AT(motion[1]) - AT(motion[0]), false, 1, TO(to)
+#define KIND(member, counts, width, to) MILL_PRECISION_KIND, AT(member), 8, counts, width, TO(to)
 
 const struct mill_precision_rate mill_precision_rates[MILL_PRECISION_RATES] = {
-    {"drive_power", "W", "mean power of all motions on the balls", MILL_PRECISION_ONE, FROM(work),
-     0, false, 1, TO(drive)},
+    {"drive_power", "W", "mean power of all motions on the balls", MILL_PRECISION_ONE, AT(work), 0,
+     false, 1, TO(drive)},
     {"power", "W", "work on the balls by this motion's own velocity / duration",
      MOTION(work, motion_power)},
     {"torque", "N m", "mean torque on the balls about the motion's own axis; NaN: it has none",
@@ -235,22 +234,20 @@ static size_t numbers_of(const struct mill_precision *p, const struct mill_preci
 }
 
 /* Number i of a rate in an account */
-static double number(const struct mill_account *account, const struct mill_precision_rate *rate,
-                     size_t i)
+static double number(const struct mill_account *a, const struct mill_precision_rate *r, size_t i)
 {
-    const void *at = (const char *)account + rate->at + i * rate->step;
-    return rate->counts ? (double)*(const uint64_t *)at : *(const double *)at;
+    const void *at = (const char *)a + r->at + i * r->step;
+    return r->counts ? (double)*(const uint64_t *)at : *(const double *)at;
 }
 
 /* The same minus that of an earlier account; in the last row of kinds the sum of all */
 static double change(const struct mill_precision *p, const struct mill_account *from,
-                     const struct mill_account *to, const struct mill_precision_rate *rate,
-                     size_t i)
+                     const struct mill_account *to, const struct mill_precision_rate *r, size_t i)
 {
-    const bool all = rate->each == MILL_PRECISION_KIND && i >= (size_t)p->kinds * rate->width;
+    const bool all = r->each == MILL_PRECISION_KIND && i >= (size_t)p->kinds * r->width;
     double sum = 0;
-    for (size_t k = all ? i % rate->width : i; k < (all ? i : i + 1); k += rate->width)
-        sum += number(to, rate, k) - number(from, rate, k);
+    for (size_t k = all ? i % r->width : i; k < (all ? i : i + 1); k += r->width)
+        sum += number(to, r, k) - number(from, r, k);
     return sum;
 }
 

@@ -295,7 +295,8 @@ enum mill_status mill_replay_impacts(struct mill_replay *r, size_t count,
     for (size_t i = 0; i < count; i++) {
         struct mill_replay_impact *to = add_item(&r->impacts);
         if (!to)
-            return mill_error_set(error, MILL_FAILED, "out of memory for impacts between accounts");
+            return mill_error_set(error, MILL_FAILED,
+                                  "out of memory for the impacts between accounts");
         *to = impact[i];
     }
     return MILL_OK;

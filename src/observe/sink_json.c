@@ -81,15 +81,14 @@ void mill_sink_json_close_array(struct mill_sink_json *json)
     fputc(']', json->out);
 }
 
-static void put(const struct mill_sink_json *json, enum mill_h5_type type, const void *values,
-                size_t i)
+static void put(const struct mill_sink_json *json, enum mill_h5_type type, const void *of, size_t i)
 {
     if (type == MILL_H5_TEXT)
-        mill_sink_json_string(json, ((const char *const *)values)[i]);
+        mill_sink_json_string(json, ((const char *const *)of)[i]);
     else if (type == MILL_H5_U64)
-        fprintf(json->out, "%llu", (unsigned long long)((const uint64_t *)values)[i]);
-    else if (isfinite(((const double *)values)[i]))
-        fprintf(json->out, "%.17g", ((const double *)values)[i]);
+        fprintf(json->out, "%llu", (unsigned long long)((const uint64_t *)of)[i]);
+    else if (isfinite(((const double *)of)[i]))
+        fprintf(json->out, "%.17g", ((const double *)of)[i]);
     else
         fputs("null", json->out);
 }

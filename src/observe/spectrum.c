@@ -72,12 +72,11 @@ double mill_spectrum_mean(const struct mill_spectrum *spectrum)
     return count > 0 ? spectrum->sum / (double)count : (double)NAN;
 }
 
-struct mill_spectrum_place mill_spectrum_place(const struct mill_spectrum *spectrum, int slot,
-                                               double level)
+struct mill_spectrum_place mill_spectrum_place(const struct mill_spectrum *s, int slot, double at)
 {
     struct mill_spectrum_place place = {.slot = slot, .bin = slot};
-    place.count = (double)mill_spectrum_total(spectrum, slot).count;
-    mill_spectrum_raise(spectrum, level, &place);
+    place.count = (double)mill_spectrum_total(s, slot).count;
+    mill_spectrum_raise(s, at, &place);
     return place;
 }
 

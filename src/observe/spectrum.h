@@ -83,8 +83,7 @@ struct mill_spectrum_place {
     int slot, bin;
     double within, count, below;
 };
-struct mill_spectrum_place mill_spectrum_place(const struct mill_spectrum *spectrum, int slot,
-                                               double level);
+struct mill_spectrum_place mill_spectrum_place(const struct mill_spectrum *s, int slot, double at);
 
 /* Moves the place to a higher level. */
 void mill_spectrum_raise(const struct mill_spectrum *spectrum, double level,

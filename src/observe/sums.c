@@ -34,13 +34,12 @@ static void add_row(enum mill_h5_type type, size_t n, size_t step, char *to, con
             *(double *)(void *)to += *(const double *)(const void *)more;
 }
 
-void mill_sums_add_records(const struct mill_sums_list *list, size_t count, void *into,
-                           const void *from)
+void mill_sums_add_records(const struct mill_sums_list *list, size_t n, void *all, const void *from)
 {
     for (const struct mill_sum *sum = list->sum; sum < list->sum + list->count; sum++) {
-        char *to = (char *)into + sum->at;
+        char *to = (char *)all + sum->at;
         const char *more = (const char *)from + sum->at;
-        for (size_t i = 0; i < count; i++, to += list->size, more += list->size)
+        for (size_t i = 0; i < n; i++, to += list->size, more += list->size)
             add_row(sum->type, sum->n > 0 ? sum->n : 1, sum->step, to, more);
     }
 }

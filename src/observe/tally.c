@@ -260,7 +260,7 @@ static void tell_state(struct mill_observer *observer, struct mill_state *state)
     struct mill_precision *b = &t->batches;
     mill_state_field(state, "next", MILL_FIELD_F64, 1, &observer->next);
     mill_state_structs(state, "progress", sizeof t->at, 1, &t->at);
-    mill_state_structs(state, "b", sizeof b->at, 1, &b->at);
+    mill_state_structs(state, "batches", sizeof b->at, 1, &b->at);
     /* these numbers give the lengths of what follows and indices into it */
     const bool sane =
         b->at.batches < b->most && t->at.length > 0 && t->at.portions < MILL_TALLY_PORTIONS;

@@ -6,16 +6,15 @@ const double mill_tally_level[MILL_TALLY_LEVELS] = {0.01, 0.05, 0.1,  0.25, 0.5,
                                                     0.75, 0.9,  0.95, 0.99, 0.999};
 enum { MEDIAN = 4 };
 
-/* spectrum: of all; fast: of the fast ones, in the slots from `slot` up */
+/* all: of all; fast: of the fast ones, in the slots from `slot` up */
 static void set_speed(struct mill_tally_speed *to, const struct mill_spectrum_grid *grid,
-                      const struct mill_spectrum *spectrum, const struct mill_spectrum *fast,
-                      int slot)
+                      const struct mill_spectrum *all, const struct mill_spectrum *fast, int slot)
 {
-    to->mean = mill_spectrum_mean(spectrum);
-    struct mill_spectrum_place at = mill_spectrum_place(spectrum, 0, 0.0);
+    to->mean = mill_spectrum_mean(all);
+    struct mill_spectrum_place at = mill_spectrum_place(all, 0, 0.0);
     struct mill_spectrum_place above = mill_spectrum_place(fast, slot, 0.0);
     for (int i = 0; i < MILL_TALLY_LEVELS; i++) { /* ascending */
-        mill_spectrum_raise(spectrum, mill_tally_level[i], &at);
+        mill_spectrum_raise(all, mill_tally_level[i], &at);
         mill_spectrum_raise(fast, mill_tally_level[i], &above);
         to->quantile[i] = mill_spectrum_speed(grid, &at);
         to->quantile_fast[i] = mill_spectrum_speed(grid, &above);

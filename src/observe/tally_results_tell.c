@@ -81,18 +81,18 @@ static void tell_rows(struct mill_sink *sink, const char *name, const struct mil
 static const char error[] = "its standard error, the same as in precision";
 
 /* Writes power and torque of a motion with their errors. rotor: in the words for a rotor */
-static void tell_motion(struct mill_sink *sink, const struct mill_precision_known *known, int k,
+static void tell_motion(struct mill_sink *to, const struct mill_precision_known *is, int k,
                         bool rotor)
 {
     static const char *const of_rotor[2] = {"work of the rotor on the balls / duration",
                                             "mean torque of the rotor on the balls about +x"};
     for (int i = 0; i < 2; i++) {
         const struct mill_precision_rate *of = &mill_precision_rates[MILL_PRECISION_POWER + i];
-        const struct mill_spread_mean *mean = mill_precision_of(known, of, k);
+        const struct mill_spread_mean *mean = mill_precision_of(is, of, k);
         char name[32];
         snprintf(name, sizeof name, "%s_error", of->name);
-        mill_tell_number(sink, of->name, mean->value, of->unit, rotor ? of_rotor[i] : of->meaning);
-        mill_tell_number(sink, name, mean->error, of->unit, error);
+        mill_tell_number(to, of->name, mean->value, of->unit, rotor ? of_rotor[i] : of->meaning);
+        mill_tell_number(to, name, mean->error, of->unit, error);
     }
 }
 

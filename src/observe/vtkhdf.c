@@ -228,10 +228,9 @@ static double *read_poses(const struct scene *s, int k)
 }
 
 /* Writes all points as moved by the pose of a frame */
-static void move(const struct mill_mesh *mesh, const double *pose, size_t frame, size_t frames,
-                 float *to)
+static void move(const struct mill_mesh *mesh, const double *pose, size_t n, size_t all, float *to)
 {
-    const double *centre = pose + 3 * frame, *rotation = pose + 3 * frames + 9 * frame;
+    const double *centre = pose + 3 * n, *rotation = pose + 3 * all + 9 * n;
     for (size_t i = 0; i < mesh->points; i++) {
         const vec3 r = mesh->point[i];
         for (int k = 0; k < 3; k++) {
@@ -243,8 +242,7 @@ static void move(const struct mill_mesh *mesh, const double *pose, size_t frame,
 
 /* Writes the points of motion k (-1: what stands still) for so many frames. A rotor is turned by
  * its angle at the frame's time, which gives the same bits as in files of earlier versions. */
-static void put_points(struct scene *s, const struct mill_mesh *mesh, int k, size_t frames,
-                       float *points)
+static void put_points(struct scene *s, const struct mill_mesh *m, int k, size_t all, float *points)
 {
     static const struct mill_h5_layout corners = {
         MILL_H5_F32, 1, {3}, 0, "m", "corners of the triangles, frame after frame", false};
@@ -252,13 +250,13 @@ static void put_points(struct scene *s, const struct mill_mesh *mesh, int k, siz
     const bool rotor = k >= 0 && k == world->rotor && !world->motion[k]->on;
     double *pose = read_poses(s, k);
     struct mill_h5_column *rows = mill_h5_column_create(s->file, at(s, "", "Points"), &corners, 0);
-    for (size_t i = 0; i < frames && !s->left && mill_h5_status(s->file, NULL) == MILL_OK; i++) {
+    for (size_t i = 0; i < all && !s->left && mill_h5_status(s->file, NULL) == MILL_OK; i++) {
         const double time = mill_observe_due(s->asked->frames, s->asked->end, i);
         if (rotor)
-            turn(mesh, s->asked->rotor_angle + world->rotor_speed * time, points);
+            turn(m, s->asked->rotor_angle + world->rotor_speed * time, points);
         else
-            move(mesh, pose, i, s->frames, points);
-        mill_h5_column_append(rows, mesh->points, points);
+            move(m, pose, i, s->frames, points);
+        mill_h5_column_append(rows, m->points, points);
         s->left = s->going && !s->going->on(s->going->self, (double)i, (double)s->frames);
     }
     mill_h5_column_close(rows);

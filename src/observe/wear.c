@@ -28,14 +28,6 @@ static const struct mill_sum each[] = {
 const struct mill_sums_list mill_wear_sums = {"wear", sizeof(struct mill_wear_sum), 5, each};
 const struct mill_sums_list mill_wear_along_sums = {"along", sizeof(struct mill_wear_sum), 5, each};
 
-bool mill_wear_init(struct mill_wear_plan *plan, const struct mill_world *world)
-{
-    *plan = (struct mill_wear_plan){.world = world};
-    for (int k = -1; k < world->motions; k++)
-        plan->start[k + 1] = mill_motion_pose(k < 0 ? NULL : world->motion[k], 0.0);
-    return mill_wear_facets_make(plan);
-}
-
 struct mill_wear_sum *mill_wear_facet(const struct mill_wear_plan *plan, struct mill_wear_sum *sum,
                                       const struct mill_impact *impact)
 {
@@ -227,7 +219,7 @@ static void tell_cells(const struct mill_wear_plan *plan, struct mill_sink *sink
     const size_t cells[2] = {n, 6}, lattices[2] = {(size_t)plan->parts, 7};
     if (row && lattice) {
         sink->values(sink, "cells", MILL_H5_I32, 2, cells, row, "1",
-                     "cells of the facets: facet, at along each of the three coordinates, cells "
+                     "cells of the facets: facet, cell along each of the three coordinates, cells "
                      "that are one along the third, face");
         sink->values(sink, "lattices", MILL_H5_F64, 2, lattices, lattice, "m",
                      "of each part: beginning and size of the cells along the three coordinates, "

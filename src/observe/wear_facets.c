@@ -66,9 +66,8 @@ static inline int cell_of(const struct mill_wear_part *p, vec3 place, vec3 facin
 
 static inline size_t index_of(const struct mill_wear_part *p, const int at[3], int face)
 {
-    return (((size_t)at[0] * (size_t)p->n[1] + (size_t)at[1]) * (size_t)p->n[2] + (size_t)at[2]) *
-               FACES +
-           (size_t)face;
+    const size_t row = (size_t)at[0] * (size_t)p->n[1] + (size_t)at[1];
+    return (row * (size_t)p->n[2] + (size_t)at[2]) * FACES + (size_t)face;
 }
 
 /* The facet nearest to a cell that has none in this direction: another direction of the same cell,
@@ -234,27 +233,26 @@ static void join_slivers(struct mill_wear_plan *plan, struct mill_wear_part *p, 
 }
 
 /* Removes the facets that were joined to others, and divides centres by areas. */
-static void tidy(struct mill_wear_plan *plan, struct mill_wear_part *p, int32_t first,
-                 int32_t *into)
+static void tidy(struct mill_wear_plan *plan, struct mill_wear_part *p, int32_t first, int32_t *to)
 {
     int32_t kept = first;
     for (int32_t id = first; id < plan->facets; id++) {
-        struct mill_wear_facet *f = &plan->facet[into[id]];
-        if (into[id] == id)
+        struct mill_wear_facet *f = &plan->facet[to[id]];
+        if (to[id] == id)
             continue;
         f->area += plan->facet[id].area;
         f->centre = vec3_add(f->centre, plan->facet[id].centre);
     }
     for (int32_t id = first; id < plan->facets; id++)
-        if (into[id] == id) {
+        if (to[id] == id) {
             plan->facet[kept] = plan->facet[id];
             plan->facet[kept].centre = vec3_scale(plan->facet[id].centre, 1 / plan->facet[id].area);
-            into[id] = -1 - kept++; /* its new number, marked */
+            to[id] = -1 - kept++; /* its new number, marked */
         }
     for (size_t i = 0; i < mill_wear_facets_cells(p); i++) {
         int32_t id = p->cell[i];
         if (id >= 0)
-            p->cell[i] = -1 - (into[id] >= 0 ? into[into[id]] : into[id]);
+            p->cell[i] = -1 - (to[id] >= 0 ? to[to[id]] : to[id]);
     }
     plan->facets = kept;
 }
@@ -385,8 +383,11 @@ int mill_wear_facets_bin(const struct mill_wear_plan *plan, const struct mill_im
     return (int)(s / plan->along[c->pieces] * MILL_WEAR_BINS) % MILL_WEAR_BINS;
 }
 
-bool mill_wear_facets_make(struct mill_wear_plan *plan)
+bool mill_wear_facets_make(struct mill_wear_plan *plan, const struct mill_world *world)
 {
+    *plan = (struct mill_wear_plan){.world = world};
+    for (int k = -1; k < world->motions; k++)
+        plan->start[k + 1] = mill_motion_pose(k < 0 ? NULL : world->motion[k], 0.0);
     if (!list_parts(plan) || !develop(plan))
         return false;
     const double few = (double)plan->parts * FEWEST, all = few > MOST ? MOST : USUAL;

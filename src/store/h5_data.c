@@ -50,11 +50,10 @@ static hid_t make_space(int rank, const size_t *dims)
 /* ---- attributes ---- */
 
 /* count 0: writes a scalar */
-static void put(hid_t object, const char *name, struct types types, size_t count,
-                const void *values)
+static void put(hid_t in, const char *name, struct types types, size_t count, const void *values)
 {
     const hid_t space = make_space(count > 0, &count);
-    const hid_t attribute = H5Acreate2(object, name, types.kept, space, H5P_DEFAULT, H5P_DEFAULT);
+    const hid_t attribute = H5Acreate2(in, name, types.kept, space, H5P_DEFAULT, H5P_DEFAULT);
     H5Awrite(attribute, types.held, values);
     mill_h5_release(attribute);
     mill_h5_release(space);
@@ -291,31 +290,30 @@ static hid_t make_rows(struct mill_h5_column *column, const struct mill_h5_layou
 }
 
 /* Makes the dataset, or opens an existing one. */
-static void open_rows(struct mill_h5_column *column, const struct mill_h5_layout *layout,
-                      uint64_t keep)
+static void open_rows(struct mill_h5_column *c, const struct mill_h5_layout *layout, uint64_t keep)
 {
-    struct mill_h5 *file = column->file;
+    struct mill_h5 *file = c->file;
     hsize_t there[3] = {0};
-    column->set = mill_h5_exists(file, column->path) ? H5Dopen2(file->id, column->path, H5P_DEFAULT)
-                                                     : make_rows(column, layout);
-    const hid_t space = H5Dget_space(column->set);
-    if (H5Sget_simple_extent_ndims(space) == column->rank)
+    c->set = mill_h5_exists(file, c->path) ? H5Dopen2(file->id, c->path, H5P_DEFAULT)
+                                           : make_rows(c, layout);
+    const hid_t space = H5Dget_space(c->set);
+    if (H5Sget_simple_extent_ndims(space) == c->rank)
         H5Sget_simple_extent_dims(space, there, NULL);
     else
-        mill_h5_fail(file, "write", column->path, NULL);
+        mill_h5_fail(file, "write", c->path, NULL);
     mill_h5_release(space);
     if (there[0] < keep) {
         struct mill_error text;
         mill_error_set(&text, MILL_FAILED,
                        "%s has %llu rows, its checkpoint says %llu: damaged; start again with "
                        "--force",
-                       column->path, (unsigned long long)there[0], (unsigned long long)keep);
+                       c->path, (unsigned long long)there[0], (unsigned long long)keep);
         mill_h5_spend(file, text.text);
     }
-    column->extent[0] = keep;
+    c->extent[0] = keep;
     if (file->status == MILL_OK)
-        H5Dset_extent(column->set, column->extent);
-    mill_h5_check(file, "write", column->path);
+        H5Dset_extent(c->set, c->extent);
+    mill_h5_check(file, "write", c->path);
 }
 
 struct mill_h5_column *mill_h5_column_create(struct mill_h5 *file, const char *path,

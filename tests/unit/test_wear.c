@@ -31,7 +31,7 @@ static void setup(void)
     struct mill_fault fault;
     mill_start_world(&mill, NULL, &world, &fault);
     ck_assert_int_eq(fault.code, MILL_FAULT_NONE);
-    ck_assert(mill_wear_init(&plan, world));
+    ck_assert(mill_wear_facets_make(&plan, world));
     ck_assert(mill_sums_make(&sums, &mill_wear_sums, (size_t)plan.facets));
 }
 

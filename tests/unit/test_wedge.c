@@ -391,7 +391,7 @@ TEST(a_wedge_is_drawn_worn_and_takes_its_room)
     ck_assert(mill_outline_make(m.world, m.world->motion[0], &outline));
     ck_assert_uint_eq(outline.mesh.triangles, 8);
     ck_assert_int_eq(outline.kind[0], mill_kinds_listed(m.world).number[STIRS]);
-    ck_assert(mill_wear_init(&wear, m.world));
+    ck_assert(mill_wear_facets_make(&wear, m.world));
     for (int32_t k = 0; k < wear.facets; k++)
         if (m.world->shape[wear.part[wear.facet[k].part].shape]->kind == STIRS)
             area += wear.facet[k].area;
