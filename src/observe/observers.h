@@ -45,11 +45,30 @@ static inline const struct mill_observing *mill_observe_type(const struct mill_o
 
 enum { MILL_OBSERVERS = 8 }; /* maximum number */
 
+static inline void mill_observers_free_one(struct mill_observer *observer)
+{
+    if (mill_observe_type(observer)->free)
+        mill_observe_type(observer)->free(observer);
+    free(observer);
+}
+
 /* Makes an observer of this type. NULL: out of memory. Owner: the caller. */
-struct mill_observer *mill_observers_one(const struct mill_observing *type,
-                                         const struct mill_observe *asked,
-                                         const struct mill_world *world, struct mill_error *error);
-void mill_observers_free_one(struct mill_observer *observer);
+static inline struct mill_observer *mill_observers_one(const struct mill_observing *type,
+                                                       const struct mill_observe *asked,
+                                                       const struct mill_world *world,
+                                                       struct mill_error *error)
+{
+    struct mill_observer *one = calloc(1, type->size);
+    if (!one) {
+        mill_error_set(error, MILL_FAILED, "out of memory for %s", type->type.name);
+        return NULL;
+    }
+    *one = (struct mill_observer){&type->type, INFINITY};
+    if (!type->create || type->create(one, asked, world, error) == MILL_OK)
+        return one;
+    mill_observers_free_one(one);
+    return NULL;
+}
 
 struct mill_observers {
     int count;

@@ -234,29 +234,28 @@ static void tell_precision(struct mill_sink *sink, const struct mill_tally_resul
 /* Writes the charge of a mill that tumbles. */
 static void tell_charge(struct mill_sink *sink, const struct mill_tally_results *r)
 {
+    const struct mill_charge *c = &r->tally->charge;
+    const struct mill_charge_sum *sum = &r->charge_sum;
+    const struct mill_sums hits = {&mill_charge_hits, MILL_CHARGE_ANGLES, (void *)sum->hit};
     sink->open(sink, "charge");
     for (int i = 0; i < MILL_CHARGE_NUMBERS; i++)
         tell_means(sink, mill_charge_words[i][0], &r->charge[i], 1, mill_charge_words[i][1],
                    mill_charge_words[i][2]);
-    mill_tell_number(sink, "layer", r->tally->charge.inner, "m",
+    mill_tell_number(sink, "layer", c->inner, "m",
                      "from here on, from the axis, balls are in the layer at the wall");
-    mill_tell_array(sink, "occupancy", MILL_CHARGE_ANGLES, r->charge_sum.layer, "kg",
+    mill_tell_array(sink, "occupancy", MILL_CHARGE_ANGLES, sum->layer, "kg",
                     "mass in this layer, of all samples, in bins of 2 degrees from -180 degrees "
                     "on");
     double edges[MILL_CHARGE_SIZES + 1];
     for (int k = 0; k <= MILL_CHARGE_SIZES; k++)
-        edges[k] = ldexp(r->tally->charge.unit * (k % 2 ? sqrt(2) : 1), k / 2);
+        edges[k] = ldexp(c->unit * (k % 2 ? sqrt(2) : 1), k / 2);
     const size_t dims[2] = {MILL_CHARGE_WIDE, MILL_CHARGE_SIZES};
     sink->open(sink, "liner");
-    mill_sums_tell_all(
-        &(struct mill_sums){&mill_charge_hits, MILL_CHARGE_ANGLES, (void *)r->charge_sum.hit},
-        sink);
-    mill_tell_number(sink, "duration",
-                     r->charge_sum.samples * (double)r->tally->charge.every *
-                         r->tally->charge.interval,
-                     "s", "of these sums");
+    mill_sums_tell_all(&hits, sink);
+    mill_tell_number(sink, "duration", sum->samples * (double)c->every * c->interval, "s",
+                     "of these sums");
     mill_tell_array(sink, "edges", MILL_CHARGE_SIZES + 1, edges, "N s", "sizes of impacts");
-    sink->values(sink, "sizes", MILL_H5_F64, 2, dims, r->charge_sum.sizes, "N s",
+    sink->values(sink, "sizes", MILL_H5_F64, 2, dims, sum->sizes, "N s",
                  "impulse on lifters by the size of the impact, in bins of 10 degrees");
     sink->close(sink);
     sink->close(sink);

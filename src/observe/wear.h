@@ -4,7 +4,6 @@
 
 #include "geometry/mesh.h"
 #include "millsim/observer.h"
-#include "millsim/world.h"
 #include "observe/observe.h"
 #include "observe/sums.h"
 
