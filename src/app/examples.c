@@ -33,11 +33,10 @@ static enum mill_status look(const char *to, struct mill_error *error)
 static enum mill_status copy(const char *from, const char *to, struct mill_error *error)
 {
     size_t size = 0;
-    const char *wrong = NULL;
-    char *text = mill_textfile_read(from, LARGEST, &size, &wrong);
+    const char *why = NULL;
+    char *text = mill_textfile_read(from, LARGEST, &size, &why);
     if (!text)
-        return wrong ? mill_error_set(error, MILL_FAILED, "%s: %s", from, wrong)
-                     : fail(error, from);
+        return why ? mill_error_set(error, MILL_FAILED, "%s: %s", from, why) : fail(error, from);
     const int made = open(to, O_WRONLY | O_CREAT | O_EXCL, 0666);
     FILE *file = made >= 0 ? fdopen(made, "w") : NULL;
     bool good = file && fwrite(text, 1, size, file) == size;

@@ -10,8 +10,7 @@
 #include "observe/outline.h"
 
 /* The trial ends after so many contacts, or later, if the rate changes: so a deck has the same
- * forecast and notes on any machine, slow or busy. Where contacts are rare, it ends after a time.
- * */
+ * forecast and notes on any machine, slow or busy. Where contacts are rare, time ends it. */
 #define CONTACTS 1.5e6
 #define MOST 4e6
 #define PATIENCE 20.0 /* [s] of processor time */

@@ -23,8 +23,7 @@ static volatile sig_atomic_t stop;  /* the signal that asked the run to stop; 0:
 static volatile sig_atomic_t begun; /* there are results that a signal must not lose */
 
 /* The first signal stops the run properly, or ends the program if there is nothing to save. One
- * within IMPATIENCE is ignored; a later one ends it at once, but SIGXCPU comes again each second.
- */
+ * within IMPATIENCE is ignored; a later one ends it at once, but SIGXCPU is sent every second. */
 static void take_signal(int number)
 {
     static volatile time_t first;
@@ -196,8 +195,7 @@ static void tell_forecast(const struct mill_deck *deck, struct mill_world *world
             fprintf(out, "note: %s\n", f.notes.note[i].text);
 }
 
-/* Makes the start, and writes it or prints the deck. --check also makes the start, because only
- * this shows whether balls fit or overlap. */
+/* Makes the start, also for --check: it shows whether balls fit; writes it or prints the deck. */
 static enum mill_status make_start(struct mill_run_order *o, FILE *aside)
 {
     const struct mill_command *a = o->asked;

@@ -23,9 +23,8 @@ struct mill_run_order {
     struct mill_paranoid_checks checks; /* number of checks by --paranoid */
 };
 
-/* Runs the deck, shows progress a few times a second, writes the output file and the summary.
- * MILL_STOPPED: *stop became non-zero; the file holds all until then, and the state for --resume.
- * */
+/* Runs the deck, shows progress a few times a second, writes output file and summary. MILL_STOPPED:
+ * *stop became non-zero; the file holds all until then, and the state for --resume. */
 enum mill_status mill_run(struct mill_run_order *order);
 
 /* --digest: reads another program's run as a stream from standard input to its end and makes an

@@ -11,8 +11,7 @@
 #define MANY_BALLS 20000 /* from this number on, a single start uses all cores */
 #define LEAST 100        /* events of a slice */
 #define MOST 1e8
-/* With run.precision: batches until results are looked at first; how much longer starts become then
- * */
+/* With run.precision: batches until results are looked at first; how much longer starts become */
 #define FIRST 60
 #define ENOUGH 2 /* times these, until the starts may become more */
 #define LONGER 1.2

@@ -74,8 +74,7 @@ void mill_checkpoint_write(struct mill_starts *starts, struct mill_record_cost *
 /* Removes the state, if there is one. */
 void mill_checkpoint_remove(struct mill_h5 *file);
 
-/* *found: the file has a state, and this build of the program wrote it. MILL_FAILED: another build
- * wrote it. name: of the file, for messages. */
+/* *found: the file has a state. MILL_FAILED: of another build. name: of the file, for messages */
 enum mill_status mill_checkpoint_find(struct mill_h5 *file, const char *name, bool *found,
                                       struct mill_error *error);
 

@@ -1,7 +1,6 @@
 /* The charge seen along the axis of a tumbling mill. Toe and shoulder are where the layer at the
  * wall is half as full as at its fullest place. The centre of circulation is where the stream
- * function is largest: the flow around the axis, summed from the wall inwards, to be safe from
- * noise. */
+ * function is largest: the flow around the axis, summed from the wall inwards, despite noise. */
 #include "observe/charge.h"
 
 #include "base/elementary.h"

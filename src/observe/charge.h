@@ -62,8 +62,7 @@ void mill_charge_join(const struct mill_charge *charge, uint64_t before, uint64_
 void mill_charge_estimate(const struct mill_charge *charge, uint64_t from, uint64_t to,
                           struct mill_charge_sum *sum, double number[MILL_CHARGE_NUMBERS]);
 
-/* Adds up the blocks [from, to) of some starts. The errors are from the starts, of few of them from
- * pieces of each (spread.h). */
+/* Adds up the blocks [from, to) of some starts. The errors are from the starts (see spread.h). */
 void mill_charge_results(const struct mill_charge *const *start, int starts, uint64_t from,
                          uint64_t to, struct mill_charge_sum *sum,
                          struct mill_spread_mean number[MILL_CHARGE_NUMBERS]);

@@ -1,5 +1,4 @@
-/* The histograms of energy. In a file, all pairs of a kind are one array, so that the file of a
- * mixture has no more datasets than others. */
+/* The histograms of energy. All pairs of a kind are one array: mixtures have no more datasets. */
 #include "observe/energies.h"
 
 #include "millsim/state.h"

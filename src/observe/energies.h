@@ -141,8 +141,7 @@ static inline uint64_t mill_energies_bin(double energy)
     return bin <= MILL_ENERGIES_INSIDE ? bin : energy > 1 ? MILL_ENERGIES_BINS - 1 : 0;
 }
 
-/* Counts three energies in pair[pairs]: of the normal approach, m* v_n^2 / 2; with the slip, m*
- * (v_n^2 + v_t^2) / 2; lost */
+/* Counts three energies in pair[pairs]: m* v_n^2 / 2; m* (v_n^2 + v_t^2) / 2; the one lost */
 static inline void mill_energies_impact(const struct mill_energies *energies,
                                         struct mill_energies_pair *pair,
                                         const struct mill_impact *impact)

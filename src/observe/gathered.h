@@ -54,8 +54,7 @@ struct mill_gathered {
 bool mill_gathered_plan(struct mill_gathered_plan *plan, const struct mill_world *world);
 void mill_gathered_free_plan(struct mill_gathered_plan *plan);
 
-/* Makes empty statistics, with room for the speeds of `rows` >= kinds rows. false: out of memory.
- * The caller frees them in both cases. */
+/* Makes empty statistics, with `rows` rows of speeds. false: no memory. Owner: the caller */
 bool mill_gathered_make(struct mill_gathered *g, const struct mill_gathered_plan *plan, int rows);
 
 /* Frees the contents, not the struct itself. */

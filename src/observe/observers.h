@@ -1,5 +1,4 @@
-/* All observers of a run. An observer is a table of functions and a line in observers.c. No other
- * file needs to know which observers exist. */
+/* All observers of a run: each is a table of functions, and a line in observers.c alone. */
 #ifndef MILL_OBSERVERS_H
 #define MILL_OBSERVERS_H
 
@@ -20,13 +19,12 @@ struct mill_observing {
 
     bool (*wanted)(const struct mill_observe *); /* Is it requested? NULL: always */
     /* Fills its struct, zero except for type and next = INFINITY, in a world at t = 0 that outlives
-     * it; keeps no pointer to the request. MILL_FAILED: out of memory; free is called in any case.
+     * it; keeps no pointer to the request. MILL_FAILED: out of memory; free is called all the same.
      * */
     enum mill_status (*create)(struct mill_observer *, const struct mill_observe *,
                                const struct mill_world *, struct mill_error *);
     void (*state)(struct mill_observer *, struct mill_state *); /* saves or loads its state */
-    /* Creates the datasets that it writes to, or continues after the rows that its state counts.
-     * The file exists longer than the observer. */
+    /* Creates its datasets in a file that outlives it, or continues after the rows of its state. */
     void (*open)(struct mill_observer *, const struct mill_observe *, struct mill_h5 *file,
                  const struct mill_world *);
     /* Reports results as if the run ended at local time t. Without memory: mill_sink_fail. */

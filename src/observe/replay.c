@@ -56,8 +56,7 @@ static void *add_item(struct mill_replay_queue *q)
 
 /* ---- the world at a given time ---- */
 
-/* Begins new epochs up to this time, as the event loop does. At the end of an epoch, a sample
- * belongs to it, an impact to the next one. */
+/* Begins epochs as the event loop does: at the end of one a sample belongs to it, no impact. */
 static void reach(struct mill_replay *r, double time, bool impact)
 {
     struct mill_world *w = r->world;

@@ -16,8 +16,7 @@ struct row {
     struct mill_account account;
 };
 
-/* A line of the table is one series, one for each kind of contact, one for each motion, or one if
- * there is a rotor, or if there are springs */
+/* A line of the table is one series, or one for each kind, each motion, a rotor, or springs */
 enum each { ONE, KIND, MOTION, ROTOR, SPRINGS };
 
 /* offset, each, step, width, type */

@@ -89,8 +89,7 @@ struct mill_spectrum_place mill_spectrum_place(const struct mill_spectrum *s, in
 void mill_spectrum_raise(const struct mill_spectrum *spectrum, double level,
                          struct mill_spectrum_place *place);
 
-/* [m/s] The speed there: log-linear within a bin; 0 within the underflow; the highest edge within
- * the overflow. NaN if there are no speeds. */
+/* [m/s] log-linear within a bin; 0 in the underflow; the highest edge in the overflow, or NaN */
 double mill_spectrum_speed(const struct mill_spectrum_grid *g, const struct mill_spectrum_place *p);
 
 #endif

@@ -24,15 +24,14 @@ static void set_speed(struct mill_tally_speed *to, const struct mill_spectrum_gr
 }
 
 /* Adds up the speeds of all kinds, and the tangential speeds; sets the rows. */
-static void set_rows(struct mill_tally_results *r, struct mill_speeds *speeds,
+static void set_rows(struct mill_tally_results *r, struct mill_speeds *s,
                      struct mill_tally_row *rows)
 {
     const struct mill_spectrum_grid *grid = &r->tally->grid;
     for (int kind = 0; kind < r->all; kind++)
-        mill_sums_add_records(&mill_spectrum_sums, MILL_GATHERED_SPECTRA, &speeds[r->all],
-                              &speeds[kind]);
+        mill_sums_add_records(&mill_spectrum_sums, MILL_GATHERED_SPECTRA, &s[r->all], &s[kind]);
     for (int n = 0; n <= r->kinds.count; n++) {
-        struct mill_speeds *of = &speeds[r->kinds.kind[n]];
+        struct mill_speeds *of = &s[r->kinds.kind[n]];
         struct mill_tally_row *row = &rows[r->kinds.kind[n]];
         const struct mill_spectrum_slot all = mill_spectrum_total(&of->normal, 0);
         mill_sums_add_records(&mill_spectrum_sums, 1, &of->tangential[0], &of->tangential[1]);

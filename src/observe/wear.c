@@ -299,8 +299,8 @@ static bool seek_missing(struct outline *to, size_t first)
     return more;
 }
 
-/* Adds the surfaces of a part. Pieces can replace the only triangle of another facet: then this one
- * is sought as well, until none is missing. */
+/* Adds the surfaces of a part. Pieces can replace the only triangle of a facet, which is then
+ * sought. */
 static void show_part(struct outline *to)
 {
     const size_t points = to->mesh.points, triangles = to->mesh.triangles;

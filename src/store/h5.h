@@ -42,8 +42,7 @@ enum mill_h5_open {
 enum mill_status mill_h5_create(const char *path, enum mill_h5_open how, struct mill_h5 **file,
                                 struct mill_error *error);
 
-/* Returns MILL_OK, or MILL_FAILED and the first failure in one line ("mill.h5: cannot write
- * /run/version: No space left on device"). */
+/* MILL_OK, or MILL_FAILED and the first failure ("mill.h5: cannot write /run/version: REASON"). */
 enum mill_status mill_h5_status(const struct mill_h5 *file, struct mill_error *error);
 
 /* Reports a failure of the caller, such as "out of memory for the maps"; the file is spent. */

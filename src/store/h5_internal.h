@@ -37,8 +37,7 @@ void mill_h5_check(struct mill_h5 *file, const char *verb, const char *path);
 /* Reports a failure even if no call to HDF5 has failed. why: used if errno is 0; NULL: HDF5's */
 void mill_h5_fail(struct mill_h5 *file, const char *verb, const char *path, const char *why);
 
-/* For a spent file: data that HDF5 still holds must not reach the disk, and freeing them must not
- * fail. From now on HDF5 writes to nowhere. */
+/* For a spent file: HDF5 writes what it still holds to nowhere, so that freeing it cannot fail. */
 void mill_h5_detach(struct mill_h5 *file);
 
 /* Closes an HDF5 object of any type. Negative ids are ignored. */
