@@ -55,6 +55,7 @@ struct mill_profile {
     double arc;    /* [m] radius of every arc */
     double outer, inner;
     double half_outer, half_inner; /* [rad] half of the angle of an arc, at its centre */
+    bool sound; /* neighbouring arcs leave room for each other, so that they enclose an area */
 };
 
 /* buckles >= 2, 0 <= height < radius. For height 0 the profile is a circle, made of n arcs around
@@ -63,13 +64,8 @@ struct mill_profile {
  * and the arcs overhang. */
 struct mill_profile mill_lining_profile(int buckles, double radius, double height, double angle);
 
-/* Is the profile valid: do neighbouring arcs leave room for each other, so that they enclose an
- * area? */
-bool mill_lining_is_sound(const struct mill_profile *profile);
-
-/* The middle of the arc from a to b; its bulge becomes that of its halves. */
-struct mill_corner mill_lining_halve(const struct mill_corner *a, const struct mill_corner *b,
-                                     double *bulge);
+/* The middle of the side from a to b; the bulge of a becomes that of both halves. */
+struct mill_corner mill_lining_halve(struct mill_corner *a, const struct mill_corner *b);
 
 /* [m^2] The area within a contour of `n` corners; < 0: it is clockwise */
 double mill_lining_area(const struct mill_corner *corner, size_t n);

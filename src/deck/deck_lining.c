@@ -111,11 +111,9 @@ double mill_deck_lining_highest(int buckles, double radius)
     double sound = 0.0, unsound = radius;
     for (int i = 0; i < HALVINGS; i++) {
         const double h = sound + 0.5 * (unsound - sound);
-        const struct mill_profile p = mill_lining_profile(buckles, radius, h, 0.0);
-        if (mill_lining_is_sound(&p))
-            sound = h;
-        else
-            unsound = h;
+        const bool good = mill_lining_profile(buckles, radius, h, 0.0).sound;
+        sound = good ? h : sound;
+        unsound = good ? unsound : h;
     }
     return sound;
 }

@@ -10,7 +10,6 @@
 #include "millsim/lining.h"
 
 #include <stdlib.h>
-#include <string.h>
 
 /* Sine of the angle between neighbours that are tangent: their normals differ by rounding only */
 #define TANGENT 1e-12
@@ -39,39 +38,10 @@ static void set_line(double line[3], double x, double y, const double at[2])
     line[2] = x * at[0] + y * at[1];
 }
 
-/* A line, or an arc of at most half a turn */
-static void add_side(struct making *m, const struct mill_corner *a, const struct mill_corner *b,
-                     double bulge)
+/* Begins a piece at the line at which the last one ends, or puts a corner between them. */
+static void join(struct making *m, struct mill_contour_piece *next)
 {
-    const double dx = b->x - a->x, dy = b->y - a->y, c = sqrt(dx * dx + dy * dy);
-    const double ex = dx / c, ey = dy / c, u = bulge, per = 1.0 / (1.0 + u * u);
-    const double cosine = (1.0 - u * u) * per, sine = 2.0 * u * per; /* of half the angle */
-    struct mill_contour_piece *p = &m->piece[m->count++];
-    *p = (struct mill_contour_piece){.x = 0.5 * (a->x + b->x) + 0.5 * u * dy,
-                                     .y = 0.5 * (a->y + b->y) - 0.5 * u * dx,
-                                     .nx = -ey,
-                                     .ny = ex,
-                                     .bend = 2.0 * u * per / c,
-                                     .end = {{a->x, a->y}, {b->x, b->y}},
-                                     .half = 0.5 * c * sqrt(1.0 + u * u)};
-    set_line(p->from, ex * cosine + ey * sine, ey * cosine - ex * sine, p->end[0]);
-    set_line(p->to, -(ex * cosine - ey * sine), -(ey * cosine + ex * sine), p->end[1]);
-}
-
-static void add_sides(struct making *m, struct mill_corner a, struct mill_corner b, double bulge)
-{
-    if (bulge <= MOST_HOLLOW && bulge >= -MOST_BULGE) {
-        add_side(m, &a, &b, bulge);
-        return;
-    }
-    const struct mill_corner middle = mill_lining_halve(&a, &b, &bulge);
-    add_sides(m, a, middle, bulge);
-    add_sides(m, middle, b, bulge);
-}
-
-/* Ends a piece and begins the next one at one line, or puts a corner between them. */
-static void join(struct making *m, struct mill_contour_piece *last, struct mill_contour_piece *next)
-{
+    const struct mill_contour_piece *last = &m->piece[m->count - 1];
     const double *t = last->to;
     double *f = next->from;
     const double turn = f[0] * t[1] - f[1] * t[0]; /* to the left: > 0 */
@@ -89,30 +59,56 @@ static void join(struct making *m, struct mill_contour_piece *last, struct mill_
     }
 }
 
+/* A line, or an arc of at most half a turn */
+static void add_side(struct making *m, const struct mill_corner *a, const struct mill_corner *b)
+{
+    const double dx = b->x - a->x, dy = b->y - a->y, c = sqrt(dx * dx + dy * dy);
+    const double ex = dx / c, ey = dy / c, u = a->bulge, per = 1.0 / (1.0 + u * u);
+    const double cosine = (1.0 - u * u) * per, sine = 2.0 * u * per; /* of half the angle */
+    struct mill_contour_piece p = {.x = 0.5 * (a->x + b->x) + 0.5 * u * dy,
+                                   .y = 0.5 * (a->y + b->y) - 0.5 * u * dx,
+                                   .nx = -ey,
+                                   .ny = ex,
+                                   .bend = 2.0 * u * per / c,
+                                   .end = {{a->x, a->y}, {b->x, b->y}},
+                                   .half = 0.5 * c * sqrt(1.0 + u * u)};
+    set_line(p.from, ex * cosine + ey * sine, ey * cosine - ex * sine, p.end[0]);
+    set_line(p.to, -(ex * cosine - ey * sine), -(ey * cosine + ex * sine), p.end[1]);
+    if (m->count > 0)
+        join(m, &p);
+    m->piece[m->count++] = p;
+}
+
+static void add_sides(struct making *m, struct mill_corner a, struct mill_corner b)
+{
+    const bool good = a.bulge <= MOST_HOLLOW && a.bulge >= -MOST_BULGE;
+    const struct mill_corner middle = good ? b : mill_lining_halve(&a, &b);
+    if (good) {
+        add_side(m, &a, &b);
+    } else {
+        add_sides(m, a, middle);
+        add_sides(m, middle, b);
+    }
+}
+
 /* All pieces of a body, in their order. Owner: the caller. NULL: out of memory */
 static struct mill_contour_piece *make_pieces(const struct mill_body *is, int *count)
 {
     const size_t n = is->corners;
-    struct making side = {calloc(MOST_PARTS * n, sizeof *side.piece), 0};
-    struct making all = {calloc(2 * MOST_PARTS * n, sizeof *all.piece), 0};
-    for (size_t k = 0; side.piece && all.piece && k < n; k++) {
-        const struct mill_corner *a = &is->corner[k], *b = &is->corner[(k + 1) % n];
-        if (is->inside)
-            add_sides(&side, *a, *b, a->bulge);
-        else /* the other way round: balls are on the left */
-            add_sides(&side, is->corner[(2 * n - k) % n], is->corner[(2 * n - k - 1) % n],
-                      -is->corner[(2 * n - k - 1) % n].bulge);
+    struct making m = {calloc(2 * MOST_PARTS * n, sizeof *m.piece), 0};
+    for (size_t k = 0; m.piece && k < n; k++) {
+        struct mill_corner a = is->corner[k], b = is->corner[(k + 1) % n];
+        if (!is->inside) { /* the other way round: balls are on the left */
+            a = is->corner[(n - k) % n];
+            b = is->corner[n - k - 1];
+            a.bulge = -b.bulge;
+        }
+        add_sides(&m, a, b);
     }
-    for (int k = 0; all.piece && k < side.count; k++) {
-        const int at = all.count++;
-        join(&all, &side.piece[k], &side.piece[(k + 1) % side.count]);
-        all.piece[at] = side.piece[k];
-    }
-    if (all.piece && side.count > 0)
-        memcpy(all.piece[0].from, side.piece[0].from, sizeof side.piece[0].from);
-    free(side.piece);
-    *count = all.count;
-    return all.piece;
+    if (m.piece)
+        join(&m, m.piece);
+    *count = m.count;
+    return m.piece;
 }
 
 /* ---- distances from the axis ---- */
@@ -250,26 +246,24 @@ bool mill_contour_create(struct mill_shape *shape)
 
 /* ---- which pieces can a ball in a cell touch? ---- */
 
-/* Is some of the box around this place on the positive side of a line, or near to it? */
-static bool is_some_past(const double line[3], double x, double y, double half_x, double half_y)
+/* Is some of the box around this place, with half sides w and h, past a line or near to it? */
+static bool is_some_past(const double line[3], double x, double y, double w, double h)
 {
-    const double margin = 1e-9 * (fabs(x) + fabs(y) + half_x + half_y);
-    return mill_contour_past(line, x, y) + fabs(line[0]) * half_x + fabs(line[1]) * half_y >=
-           -margin;
+    const double margin = 1e-9 * (fabs(x) + fabs(y) + w + h);
+    return mill_contour_past(line, x, y) + fabs(line[0]) * w + fabs(line[1]) * h >= -margin;
 }
 
-/* Can a ball in the box around this place touch the piece? The box is divided into quarters. */
-static bool comes_near(const struct mill_contour_piece *p, double x, double y, double half_x,
-                       double half_y, double reach, int depth)
+/* Can a ball in this box touch the piece? The box is divided into quarters. */
+static bool comes_near(const struct mill_contour_piece *p, double x, double y, double w, double h,
+                       double reach, int depth)
 {
-    const double d = mill_contour_look(p, x, y).d;
-    if (fabs(d) > reach + sqrt(half_x * half_x + half_y * half_y) ||
-        !is_some_past(p->from, x, y, half_x, half_y) || !is_some_past(p->to, x, y, half_x, half_y))
+    if (fabs(mill_contour_look(p, x, y).d) > reach + sqrt(w * w + h * h) ||
+        !is_some_past(p->from, x, y, w, h) || !is_some_past(p->to, x, y, w, h))
         return false;
     bool near = depth == 0;
     for (int k = 0; k < 4 && !near; k++)
-        near = comes_near(p, x + (k % 2 ? 0.5 : -0.5) * half_x, y + (k / 2 ? 0.5 : -0.5) * half_y,
-                          0.5 * half_x, 0.5 * half_y, reach, depth - 1);
+        near = comes_near(p, x + (k % 2 - 0.5) * w, y + (k / 2 - 0.5) * h, 0.5 * w, 0.5 * h, reach,
+                          depth - 1);
     return near;
 }
 
@@ -278,10 +272,9 @@ static bool does_ring_meet(const struct mill_contour *c, vec3 lo, vec3 hi, doubl
 {
     const struct mill_bodied *b = &c->body;
     const double ring[4] = {c->low, c->high, -INFINITY, INFINITY};
-    const vec3 own = b->is.z, off = vec3_sub(b->is.centre, b->through);
-    const bool about = b->rings && vec3_norm(vec3_cross(own, b->axis)) < 1e-12 &&
+    const vec3 off = vec3_sub(b->is.centre, b->through);
+    const bool about = b->rings && vec3_norm(vec3_cross(b->is.z, b->axis)) < 1e-12 &&
                        vec3_norm(vec3_cross(off, b->axis)) < 1e-12 * c->far;
-    mill_body_clip(b, &lo, &hi);
     return !about || mill_body_ring_meets(b, ring, lo, hi, radius);
 }
 
@@ -289,28 +282,30 @@ struct mill_span mill_contour_parts(const struct mill_shape *shape, vec3 lo, vec
 {
     enum { DEPTH = 3 };
     const struct mill_contour *c = (const struct mill_contour *)shape;
-    const struct mill_span all = {0, (int16_t)c->pieces}, none = {0, 0};
-    if (!shape->fixed)
-        return does_ring_meet(c, lo, hi, radius) ? all : none;
+    const struct mill_span none = {0, 0};
     mill_body_clip(&c->body, &lo, &hi);
-    const vec3 half = vec3_scale(vec3_sub(hi, lo), 0.5), middle = vec3_add(lo, half);
-    const struct mill_contour_spot s = mill_contour_spot_of(c, middle);
-    const double around = vec3_norm(half) * (1.0 + 1e-9),
-                 reach = radius * (1.0 + 1e-3) + 1e-6 * c->far;
-    const double half_x = c->plain ? half.y : around, half_y = c->plain ? half.z : around;
-    if (mill_contour_nook_at(c, s.x, s.y).near > reach + sqrt(half_x * half_x + half_y * half_y))
+    if (shape->wall < 0)
+        return none; /* that is: all */
+    if (!shape->fixed)
+        return does_ring_meet(c, lo, hi, radius) ? (struct mill_span){0, (int16_t)c->pieces} : none;
+    const vec3 half = vec3_scale(vec3_sub(hi, lo), 0.5);
+    const struct mill_contour_spot s = mill_contour_spot_of(c, vec3_add(lo, half));
+    const double around = vec3_norm(half) * (1.0 + 1e-9);
+    const double w = c->plain ? half.y : around, h = c->plain ? half.z : around;
+    const double reach = radius * (1.0 + 1e-3) + 1e-6 * c->far;
+    if (mill_contour_nook_at(c, s.x, s.y).near > reach + sqrt(w * w + h * h))
         return none;
-    /* the longest row of pieces out of reach, after piece `last`, is left out */
+    /* the longest row of pieces out of reach, after piece `to`, is left out */
     int first = -1, last = -1, widest = -1, from = 0, to = 0;
     for (int k = 0; k < c->pieces; k++) {
-        if (!comes_near(&c->piece[k], s.x, s.y, half_x, half_y, reach, DEPTH))
+        if (!comes_near(&c->piece[k], s.x, s.y, w, h, reach, DEPTH))
             continue;
-        first = first < 0 ? k : first;
-        if (last >= 0 && k - last > widest) {
+        if (first >= 0 && k - last > widest) {
             widest = k - last;
             from = k;
             to = last;
         }
+        first = first < 0 ? k : first;
         last = k;
     }
     if (first < 0)
@@ -324,5 +319,6 @@ struct mill_span mill_contour_parts(const struct mill_shape *shape, vec3 lo, vec
 
 bool mill_contour_reachable(const struct mill_shape *shape, vec3 lo, vec3 hi, double radius)
 {
-    return mill_contour_parts(shape, lo, hi, radius).count > 0;
+    return shape->wall < 0 ? mill_body_reachable(shape, lo, hi, radius)
+                           : mill_contour_parts(shape, lo, hi, radius).count > 0;
 }

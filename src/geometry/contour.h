@@ -148,12 +148,12 @@ void mill_contour_reach(const struct mill_body *is, double *low, double *high);
 bool mill_contour_create(struct mill_shape *shape);
 void mill_contour_free(struct mill_shape *shape);
 
-/* parts and reachable of struct mill_shape_type, of a container */
+/* parts and reachable of struct mill_shape_type */
 struct mill_span mill_contour_parts(const struct mill_shape *shape, vec3 lo, vec3 hi,
                                     double radius);
 bool mill_contour_reachable(const struct mill_shape *shape, vec3 lo, vec3 hi, double radius);
 
 /* How balls meet it, from inside and from outside */
-extern const struct mill_shape_type mill_contour_wall, mill_contour_surface;
+extern const struct mill_shape_type mill_contour_surface;
 
 #endif

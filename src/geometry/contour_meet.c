@@ -418,22 +418,13 @@ static struct mill_hit next_contact(const struct mill_shape *shape, const struct
     return search(c, f, radius, now, horizon);
 }
 
-const struct mill_shape_type mill_contour_wall = {.size = sizeof(struct mill_contour),
-                                                  .create = mill_contour_create,
-                                                  .free = mill_contour_free,
-                                                  .next_contact = next_contact,
-                                                  .contact = contact,
-                                                  .reachable = mill_contour_reachable,
-                                                  .parts = mill_contour_parts,
-                                                  .beside = beside,
-                                                  .places = places};
-
 const struct mill_shape_type mill_contour_surface = {.size = sizeof(struct mill_contour),
                                                      .create = mill_contour_create,
                                                      .free = mill_contour_free,
                                                      .next_contact = next_contact,
                                                      .contact = contact,
-                                                     .reachable = mill_body_reachable,
+                                                     .reachable = mill_contour_reachable,
+                                                     .parts = mill_contour_parts,
                                                      .sector = mill_body_sector,
                                                      .beside = beside,
                                                      .places = places};

@@ -34,7 +34,7 @@ static int walls(const struct mill_body *is, struct mill_wall wall[MILL_WALLS])
     const int walls = mill_round_cylinder_solid.walls(is, wall);
     mill_contour_reach(is, &low, &high);
     wall[0].radius = low;
-    wall[0].own = &mill_contour_wall;
+    wall[0].own = &mill_contour_surface;
     return is->open ? 1 : walls;
 }
 
@@ -52,24 +52,23 @@ static double volume(const struct mill_body *is)
 
 /* Adds a side without its end, as chords within the tolerance [m] */
 static void flatten(struct mill_ring *ring, struct mill_corner a, struct mill_corner b,
-                    double bulge, double tolerance)
+                    double tolerance)
 {
     const double dx = b.x - a.x, dy = b.y - a.y, c = sqrt(dx * dx + dy * dy);
-    if (fabs(bulge) <= MOST_FLAT && 0.5 * fabs(bulge) * c <= tolerance) {
+    if (fabs(a.bulge) <= MOST_FLAT && 0.5 * fabs(a.bulge) * c <= tolerance) {
         mill_mesh_ring_add(ring, a.x, a.y);
         return;
     }
-    const struct mill_corner middle = mill_lining_halve(&a, &b, &bulge);
-    flatten(ring, a, middle, bulge, tolerance);
-    flatten(ring, middle, b, bulge, tolerance);
+    const struct mill_corner middle = mill_lining_halve(&a, &b);
+    flatten(ring, a, middle, tolerance);
+    flatten(ring, middle, b, tolerance);
 }
 
 static void outline(const struct mill_body *is, int wall, double tolerance, struct mill_mesh *mesh)
 {
     struct mill_ring ring = {0};
     for (size_t k = 0; k < is->corners; k++)
-        flatten(&ring, is->corner[k], is->corner[(k + 1) % is->corners], is->corner[k].bulge,
-                tolerance);
+        flatten(&ring, is->corner[k], is->corner[(k + 1) % is->corners], tolerance);
     mill_mesh_prism(mesh, is, wall, &ring);
     mill_mesh_ring_free(&ring);
 }

@@ -37,31 +37,18 @@ struct mill_profile mill_lining_profile(int buckles, double radius, double heigh
     const double q = 2.0 * s * s, h = height;
     const double rest = q * radius * radius - 2.0 * h * h;
     const double u = rest / (2.0 * h + sqrt(4.0 * h * h + q * rest));
-    /* R - u would cancel if h is small; this form follows from the equation of u */
-    const double outer = u > 0.0 ? (4.0 * h * u + 2.0 * h * h) / (q * (radius + u)) : radius - u;
-    const double inner = radius + u;
-    /* angle at an inner centre, between the axis and the next outer centre */
     const struct mill_heading half = mill_elementary_heading(half_pitch);
-    const double half_inner = mill_elementary_atan2(outer * half.sin, inner - outer * half.cos);
-    return (struct mill_profile){.buckles = buckles,
-                                 .radius = radius,
-                                 .height = height,
-                                 .angle = angle,
-                                 .arc = u + h,
-                                 .outer = outer,
-                                 .inner = inner,
-                                 .half_outer = half_inner + half_pitch,
-                                 .half_inner = half_inner};
-}
-
-/* An arc meets its mirror image in the neighbouring half pitch if it covers the direction normal to
- * the ray between them and its radius reaches this ray. */
-bool mill_lining_is_sound(const struct mill_profile *p)
-{
-    const double s = mill_elementary_heading(MILL_PI / p->buckles).sin;
-    if (p->half_outer >= 0.5 * MILL_PI && p->inner * s <= p->arc)
-        return false;
-    return p->height < p->radius && !(p->half_inner >= 0.5 * MILL_PI && p->outer * s <= p->arc);
+    struct mill_profile p = {buckles, radius, height, angle, .arc = u + h, .inner = radius + u};
+    /* R - u would cancel if h is small; this form follows from the equation of u */
+    p.outer = u > 0.0 ? (4.0 * h * u + 2.0 * h * h) / (q * (radius + u)) : radius - u;
+    /* at an inner centre, between the axis and the next outer centre */
+    p.half_inner = mill_elementary_atan2(p.outer * half.sin, p.inner - p.outer * half.cos);
+    p.half_outer = p.half_inner + half_pitch;
+    /* An arc meets its mirror image in the neighbouring half pitch if it covers the direction
+     * normal to the ray between them and its radius reaches this ray. */
+    p.sound = h < radius && !(p.half_outer >= 0.5 * MILL_PI && p.inner * half.sin <= p.arc) &&
+              !(p.half_inner >= 0.5 * MILL_PI && p.outer * half.sin <= p.arc);
+    return p;
 }
 
 /* Outer and inner arcs by turns. Inner arcs that are too short for sides are left out: they are
@@ -75,15 +62,13 @@ static size_t add_buckles(const struct mill_lining *is, struct mill_corner *corn
     size_t n = 0;
     for (long k = 0; k < is->count; k++) {
         const double ray = is->angle + 2.0 * half_pitch * (double)k;
-        for (int side = -1; side <= 1; side += 2) {
+        const struct mill_corner from = at(0.0, 0.5 * p.outer, ray, 0.0);
+        for (int side = -1; side <= (inner ? 1 : -1); side += 2) {
             /* the end of an outer arc, in the middle between its centre and that of the next one */
-            const struct mill_corner to = at(0.0, 0.5 * p.inner, ray + side * half_pitch, 0.0);
-            const struct mill_corner from = at(0.0, 0.5 * p.outer, ray, 0.0);
-            if (side > 0 && !inner)
-                continue;
-            corner[n++] = (struct mill_corner){from.x + to.x, from.y + to.y,
-                                               side < 0 ? tangent(0.5 * p.half_outer)
-                                                        : -tangent(0.5 * p.half_inner)};
+            corner[n] = at(0.0, 0.5 * p.inner, ray + side * half_pitch,
+                           side < 0 ? tangent(0.5 * p.half_outer) : -tangent(0.5 * p.half_inner));
+            corner[n].x += from.x;
+            corner[n++].y += from.y;
         }
     }
     return n;
@@ -140,11 +125,11 @@ static size_t add_lifters(const struct mill_lining *is, struct mill_corner *corn
             return 0;
         corner[n++] = at(-back->foot[0], back->foot[1], angle, 0.0);
         corner[n++] = at(-back->begin[0], back->begin[1], angle, sharp ? 0.0 : back->bulge);
-        if (!sharp)
+        if (!sharp) {
             corner[n++] = at(-back->end[0], back->end[1], angle, 0.0);
-        corner[n++] = at(front->end[0], front->end[1], angle, sharp ? 0.0 : front->bulge);
-        if (!sharp)
-            corner[n++] = at(front->begin[0], front->begin[1], angle, 0.0);
+            corner[n++] = at(front->end[0], front->end[1], angle, front->bulge);
+        }
+        corner[n++] = at(front->begin[0], front->begin[1], angle, 0.0);
         corner[n++] = at(front->foot[0], front->foot[1], angle, tangent(0.25 * plate));
     }
     return n;
@@ -193,10 +178,10 @@ static size_t add_line(const struct mill_lining *is, struct mill_corner *corner)
         const double d = square / (along + sqrt(along * along + apart * square));
         const double mx = 0.5 * (from.x + to.x + d * (from.u - to.u));
         const double my = 0.5 * (from.y + to.y + d * (from.v - to.v));
-        corner[2 * k] = (struct mill_corner){from.x, from.y,
-                                             bulge_of(from.u, from.v, mx - from.x, my - from.y)};
-        corner[2 * k + 1] =
-            (struct mill_corner){mx, my, -bulge_of(-to.u, -to.v, mx - to.x, my - to.y)};
+        const double first = bulge_of(from.u, from.v, mx - from.x, my - from.y);
+        const double last = -bulge_of(-to.u, -to.v, mx - to.x, my - to.y);
+        corner[2 * k] = (struct mill_corner){from.x, from.y, first};
+        corner[2 * k + 1] = (struct mill_corner){mx, my, last};
         from = to;
     }
     return 2 * n;
@@ -218,27 +203,20 @@ size_t mill_lining_most(const struct mill_lining *is)
 size_t mill_lining_corners(const struct mill_lining *is, struct mill_corner *corner)
 {
     assert(is->count <= MILL_LINING_MOST);
-    switch (is->form) {
-    case MILL_LINING_WAVY:
-        return add_buckles(is, corner);
-    case MILL_LINING_LIFTERS:
-        return add_lifters(is, corner);
-    case MILL_LINING_HARMONICS:
-        return add_line(is, corner);
-    default:
-        return 0;
-    }
+    return is->form == MILL_LINING_WAVY        ? add_buckles(is, corner)
+           : is->form == MILL_LINING_LIFTERS   ? add_lifters(is, corner)
+           : is->form == MILL_LINING_HARMONICS ? add_line(is, corner)
+                                               : 0;
 }
 
 /* ---- any contour ---- */
 
-struct mill_corner mill_lining_halve(const struct mill_corner *a, const struct mill_corner *b,
-                                     double *bulge)
+struct mill_corner mill_lining_halve(struct mill_corner *a, const struct mill_corner *b)
 {
-    const double s = 0.5 * *bulge;
-    *bulge /= 1.0 + sqrt(1.0 + *bulge * *bulge);
+    const double s = 0.5 * a->bulge;
+    a->bulge /= 1.0 + sqrt(1.0 + a->bulge * a->bulge);
     return (struct mill_corner){0.5 * (a->x + b->x) + s * (b->y - a->y),
-                                0.5 * (a->y + b->y) - s * (b->x - a->x), *bulge};
+                                0.5 * (a->y + b->y) - s * (b->x - a->x), a->bulge};
 }
 
 /* Twice the area between a side and the origin [m^2] */
@@ -246,12 +224,11 @@ static double twice_area(const struct mill_corner *a, const struct mill_corner *
 {
     const double square = (b->x - a->x) * (b->x - a->x) + (b->y - a->y) * (b->y - a->y);
     const double u = fabs(a->bulge);
-    double segment = 0.0; /* r^2 (angle - sin(angle)); a series where the two cancel */
+    /* r^2 (angle - sin(angle)); a series where the two cancel */
+    double segment = u * (2.0 / 3.0 + u * u * (2.0 / 15.0 - u * u * (2.0 / 105.0)));
     if (u >= 1e-2) {
         const double r = 0.25 * (1.0 + u * u) / u, angle = 4.0 * mill_elementary_atan2(u, 1.0);
         segment = r * r * (angle - mill_elementary_heading(angle).sin);
-    } else {
-        segment = u * (2.0 / 3.0 + u * u * (2.0 / 15.0 - u * u * (2.0 / 105.0)));
     }
     return a->x * b->y - a->y * b->x + copysign(segment, a->bulge) * square;
 }
@@ -266,35 +243,27 @@ double mill_lining_area(const struct mill_corner *corner, size_t n)
 
 /* ---- does it cross itself? ---- */
 
-/* A part of a side, its share from..to of the side's angle or length */
+/* A side or a part of it, from a to b */
 struct share {
     struct mill_corner a, b;
-    double bulge, half; /* half: [m] of its points, none is farther from the middle of the chord */
-    bool first, last;   /* it begins where the side begins, ends where it ends */
+    double half; /* [m] of its points, none is farther from the middle of the chord */
 };
 
-static struct share share_of(struct mill_corner a, struct mill_corner b, double bulge)
+static struct share share_of(struct mill_corner a, struct mill_corner b)
 {
     const double dx = b.x - a.x, dy = b.y - a.y;
-    return (struct share){a,    b,   bulge, 0.5 * sqrt(dx * dx + dy * dy) * fmax(1.0, fabs(bulge)),
-                          true, true};
-}
-
-static void halve(const struct share *of, struct share half[2])
-{
-    double bulge = of->bulge;
-    const struct mill_corner middle = mill_lining_halve(&of->a, &of->b, &bulge);
-    half[0] = share_of(of->a, middle, bulge);
-    half[1] = share_of(middle, of->b, bulge);
-    half[0].first = of->first;
-    half[1].last = of->last;
-    half[0].last = half[1].first = false;
+    return (struct share){a, b, 0.5 * sqrt(dx * dx + dy * dy) * fmax(1.0, fabs(a.bulge))};
 }
 
 /* Does the second of two sides begin where the first one ends; does it end where that begins? */
 struct order {
     bool follows, leads;
 };
+
+static bool is_same(const struct mill_corner *a, const struct mill_corner *b)
+{
+    return a->x == b->x && a->y == b->y;
+}
 
 /* > 0: c is on the left of the line from a to b */
 static double side_of(const struct mill_corner *a, const struct mill_corner *b,
@@ -307,8 +276,8 @@ static double side_of(const struct mill_corner *a, const struct mill_corner *b,
  * are nearly parallel would be halved until their parts are as short as they are apart. */
 static bool are_apart(const struct share *p, const struct share *q, double least)
 {
-    const double l = 2.0 * p->half / fmax(1.0, fabs(p->bulge));
-    const double rise = q->half * fmin(1.0, fabs(q->bulge)) + least, own = -0.5 * p->bulge * l;
+    const double l = 2.0 * p->half / fmax(1.0, fabs(p->a.bulge));
+    const double rise = q->half * fmin(1.0, fabs(q->a.bulge)) + least, own = -0.5 * p->a.bulge * l;
     const double a = side_of(&p->a, &p->b, &q->a), b = side_of(&p->a, &p->b, &q->b);
     return fmin(a, b) > l * (fmax(own, 0.0) + rise) || fmax(a, b) < l * (fmin(own, 0.0) - rise);
 }
@@ -318,25 +287,25 @@ static bool touch(const struct share *p, const struct share *q, struct order ord
 {
     const double x = 0.5 * (p->a.x + p->b.x - q->a.x - q->b.x);
     const double y = 0.5 * (p->a.y + p->b.y - q->a.y - q->b.y), near = p->half + q->half;
-    const bool meet =
-        (order.follows && p->last && q->first) || (order.leads && q->last && p->first);
     if (x * x + y * y > near * near || are_apart(p, q, least) || are_apart(q, p, least))
         return false;
-    const bool line[2] = {fabs(p->bulge) * p->half <= least, fabs(q->bulge) * q->half <= least};
+    const bool line[2] = {fabs(p->a.bulge) * p->half <= least, fabs(q->a.bulge) * q->half <= least};
     if (line[0] && line[1]) {
         const double a = side_of(&p->a, &p->b, &q->a), b = side_of(&p->a, &p->b, &q->b);
         const double along =
             (p->b.x - p->a.x) * (q->b.x - q->a.x) + (p->b.y - p->a.y) * (q->b.y - q->a.y);
-        if (meet) /* does one fold back onto the other? */
-            return a == 0.0 && b == 0.0 && along < 0.0;
+        if ((order.follows && is_same(&p->b, &q->a)) || (order.leads && is_same(&q->b, &p->a)))
+            return a == 0.0 && b == 0.0 && along < 0.0; /* does one fold back onto the other? */
         return a * b <= 0.0 && side_of(&q->a, &q->b, &p->a) * side_of(&q->a, &q->b, &p->b) <= 0.0;
     }
-    struct share part[2];
     const bool first = !line[0] && (line[1] || p->half >= q->half);
-    halve(first ? p : q, part);
-    for (int k = 0; k < 2; k++)
-        if (first ? touch(&part[k], q, order, least) : touch(p, &part[k], order, least))
+    struct share part = first ? *p : *q;
+    const struct mill_corner end = part.b, middle = mill_lining_halve(&part.a, &part.b);
+    for (int k = 0; k < 2; k++) {
+        part = k == 0 ? share_of(part.a, middle) : share_of(middle, end);
+        if (first ? touch(&part, q, order, least) : touch(p, &part, order, least))
             return true;
+    }
     return false;
 }
 
@@ -346,11 +315,9 @@ bool mill_lining_crosses(const struct mill_corner *corner, size_t n, size_t at[2
     for (size_t k = 0; k < n; k++)
         size = fmax(size, fmax(fabs(corner[k].x), fabs(corner[k].y)));
     for (at[0] = 0; at[0] < n; at[0]++) {
-        const struct share p =
-            share_of(corner[at[0]], corner[(at[0] + 1) % n], corner[at[0]].bulge);
+        const struct share p = share_of(corner[at[0]], corner[(at[0] + 1) % n]);
         for (at[1] = at[0] + 1; at[1] < n; at[1]++) {
-            const struct share q =
-                share_of(corner[at[1]], corner[(at[1] + 1) % n], corner[at[1]].bulge);
+            const struct share q = share_of(corner[at[1]], corner[(at[1] + 1) % n]);
             const struct order order = {at[1] == at[0] + 1, at[0] == 0 && at[1] == n - 1};
             if (touch(&p, &q, order, FINEST * size))
                 return true;

@@ -348,7 +348,8 @@ static double developed(double bend, double x)
 static bool develop(struct mill_wear_plan *plan)
 {
     for (int k = 0; k < plan->world->shapes; k++)
-        if (plan->world->shape[k]->type == &mill_contour_wall)
+        if (plan->world->shape[k]->type == &mill_contour_surface &&
+            plan->world->shape[k]->wall >= 0)
             plan->contour = (const struct mill_contour *)plan->world->shape[k];
     const int n = plan->contour ? plan->contour->pieces : 0;
     plan->along = calloc((size_t)n + 1, sizeof *plan->along);
