@@ -31,13 +31,13 @@ struct mill_motion_type {
     /* Both results are in the carrier's frame; t: local time [s] */
     struct mill_pose (*pose)(const struct mill_motion *, double t);
     struct mill_motion_bounds (*bounds)(const struct mill_motion *, vec3 point);
-    /* Converts a point and its velocity from this frame to the carrier's frame. The result equals
-     * that of the pose, with fewer operations. NULL: the pose is used. */
-    void (*carry)(const struct mill_motion *, double t, vec3 *point, vec3 *velocity);
     /* Local time is reset: local time 0 is now the simulated time `base` [s], which is `by` [s]
      * later than before. Phases are computed again from the base, so that they stay exact in a run
      * of any length. */
     void (*restart)(struct mill_motion *, double base, double by);
+    /* Converts a point and its velocity from this frame to the carrier's frame. The result equals
+     * that of the pose, with fewer operations. NULL: the pose is used. */
+    void (*carry)(const struct mill_motion *, double t, vec3 *point, vec3 *velocity);
 };
 
 /* Every motion starts with this. */

@@ -145,8 +145,7 @@ const struct mill_deck_synonym mill_deck_suggest_synonyms[] = {
     {"*", "young youngs_modulus young_modulus elastic_modulus poisson poissons_ratio poisson_ratio stiffness kn k_n damping",
      NULL, "; " HARD},
     {"*", "timestep time_step dt", NULL, "; millsim has no time step: leave it out"},
-    {.of = NULL},
-};
+    {.of = NULL}};
 /* clang-format on */
 
 /* The row for a wrong section (name: NULL) or key, or NULL */

@@ -108,20 +108,13 @@ static void outline(const struct mill_body *is, int wall, double tolerance, stru
         mill_mesh_box(mesh, is);
 }
 
-static const struct mill_key key[] = {
-    {"size", "lengths along its own x, y and z", .type = MILL_KEY_VECTOR, MILL_SOLID_SIZE,
-     MILL_SOLID_AT(size)},
-    {MILL_SOLID_ROUNDING},
-    {.name = NULL},
-};
+static const struct mill_key key[] = {{"size", "lengths along its own x, y and z",
+                                       .type = MILL_KEY_VECTOR, MILL_SOLID_SIZE,
+                                       MILL_SOLID_AT(size)},
+                                      {MILL_SOLID_ROUNDING},
+                                      {.name = NULL}};
 
 MILL_BODY_SURFACE(struct mill_bodied, NULL, view, is_far)
 
-const struct mill_solid mill_box_solid = {.key = key,
-                                          .surface = &surface,
-                                          .is_sound = is_sound,
-                                          .core = core,
-                                          .support = support,
-                                          .volume = volume,
-                                          .outline = outline,
-                                          .walls = walls};
+const struct mill_solid mill_box_solid = {&surface, is_sound, volume, outline,
+                                          core,     support,  walls,  .key = key};

@@ -79,14 +79,9 @@ static struct nearest find_nearest(const struct mill_contour *c, const struct mi
 static struct mill_contact meet(const struct mill_contour *c, vec3 n, double d, vec3 centre,
                                 double radius, const struct mill_pose *pose)
 {
+    const vec3 own = turn_out(c, n.x, n.y, n.z);
     const bool moves = c->body.convex.base.motion;
-    const vec3 own = turn_out(c, n.x, n.y, n.z),
-               normal = moves ? mill_pose_turn_out(pose, own) : own;
-    const vec3 point = vec3_axpy(centre, -d, normal), none = {0.0, 0.0, 0.0};
-    return (struct mill_contact){.normal = normal,
-                                 .point = point,
-                                 .velocity = moves ? mill_pose_velocity(pose, point) : none,
-                                 .gap = d - radius};
+    return mill_shape_touch(centre, d, moves ? mill_pose_turn_out(pose, own) : own, radius, pose);
 }
 
 static struct mill_contact contact(const struct mill_shape *shape, vec3 centre, double radius,
@@ -330,17 +325,6 @@ static void take_piece(struct found *f, const struct mill_contour_piece *p, cons
          p->bend > 0.0 ? v.straight / (2.0 * p->bend) : (double)INFINITY, glides);
 }
 
-/* For a ball whose centre is in the solid, as only a pinched ball's is: there is a contact while it
- * moves inwards. */
-static struct mill_hit get_out(const struct nearest *near, const struct sight *s, double left)
-{
-    const double out = vec3_dot(near->n, s->u);
-    if (out <= MILL_CONVEX_SLOWEST)
-        return mill_hit_at(0.0);
-    const double t = mill_least(out / s->acceleration, s->within);
-    return t < left ? (struct mill_hit){MILL_HIT_ASK_AGAIN, t} : mill_hit_at(INFINITY);
-}
-
 /* A quick proof that a ball meets nothing in its window, whose path is straight but for the slack.
  * Where a piece curves away from the balls, the plane through its nearest point keeps them apart;
  * where it curves around them, a straight path is nearest to it at an end. */
@@ -395,7 +379,8 @@ static struct mill_hit search(const struct mill_contour *c, const struct mill_fl
         if (found.least < radius * (1.0 - DEEP) || z != 0.0) {
             const struct nearest near = find_nearest(c, &s.spot);
             if (near.d < 0.0)
-                return get_out(&near, &s, end - t);
+                return mill_convex_get_out(vec3_dot(near.n, s.u), s.acceleration, s.within,
+                                           end - t);
             if (fabs(near.n.z) == 1.0) /* it is over a flat end */
                 take(&found, &s, near.d, near.n, radius, INFINITY, glides);
         }
@@ -424,7 +409,7 @@ const struct mill_shape_type mill_contour_surface = {.size = sizeof(struct mill_
                                                      .next_contact = next_contact,
                                                      .contact = contact,
                                                      .reachable = mill_contour_reachable,
-                                                     .parts = mill_contour_parts,
-                                                     .sector = mill_body_sector,
                                                      .beside = beside,
-                                                     .places = places};
+                                                     .places = places,
+                                                     .parts = mill_contour_parts,
+                                                     .sector = mill_body_sector};

@@ -73,11 +73,6 @@ static void outline(const struct mill_body *is, int wall, double tolerance, stru
     mill_mesh_ring_free(&ring);
 }
 
-const struct mill_solid mill_contour_solid = {.key = key,
-                                              .surface = &mill_contour_surface,
-                                              .is_sound = is_sound,
-                                              .volume = volume,
-                                              .outline = outline,
-                                              .walls = walls,
-                                              .hull = hull,
-                                              .moving = &mill_contour_solid};
+const struct mill_solid mill_contour_solid = {
+    &mill_contour_surface, is_sound,     volume,     outline,
+    .walls = walls,        .hull = hull, .key = key, .moving = &mill_contour_solid};

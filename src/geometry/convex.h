@@ -126,6 +126,12 @@ static inline double mill_convex_step(double d, double d1, double a, bool glides
     return (d1 + sqrt(d1 * d1 + 2.0 * a * room)) / a;
 }
 
+/* What a search returns that has found nothing until its end */
+static inline struct mill_hit mill_convex_none(double end, double horizon)
+{
+    return end < horizon ? (struct mill_hit){MILL_HIT_ASK_AGAIN, end} : mill_hit_at(INFINITY);
+}
+
 /* The end of a step of a search: goes on to the time `next` before which there is no contact, given
  * the rate of the gap now. true: the search has ended with *hit. */
 MILL_CONVEX_INLINE bool mill_convex_ends(double next, double rate, double horizon, double *t,
@@ -133,8 +139,7 @@ MILL_CONVEX_INLINE bool mill_convex_ends(double next, double rate, double horizo
 {
     const double end = horizon < MILL_CONVEX_FARTHEST ? horizon : MILL_CONVEX_FARTHEST;
     if (next > end) {
-        *hit = end < horizon ? (struct mill_hit){MILL_HIT_ASK_AGAIN, end}
-                             : (struct mill_hit){MILL_HIT_NONE, INFINITY};
+        *hit = mill_convex_none(end, horizon);
         return true;
     }
     if (!(next > *t) && rate <= 0.0) { /* the contact is nearer than the resolution of t */
@@ -143,6 +148,16 @@ MILL_CONVEX_INLINE bool mill_convex_ends(double next, double rate, double horizo
     }
     *t = next > *t ? next : nextafter(*t, INFINITY);
     return false;
+}
+
+/* For a ball whose centre is in the body, as only a pinched ball's is: there is a contact while it
+ * moves inwards. out: [m/s] how fast it moves out; a, longest: as seen; left: [s] of the search */
+static inline struct mill_hit mill_convex_get_out(double out, double a, double longest, double left)
+{
+    if (out <= MILL_CONVEX_SLOWEST)
+        return mill_hit_at(0.0);
+    const double t = mill_least(out / a, longest);
+    return t < left ? (struct mill_hit){MILL_HIT_ASK_AGAIN, t} : mill_hit_at(INFINITY);
 }
 
 /* next_contact of struct mill_shape_type. After a contact that was computed now, the gap opens, so
@@ -190,13 +205,7 @@ MILL_CONVEX_INLINE struct mill_contact mill_convex_contact(const struct mill_con
                                                            const struct mill_pose *pose)
 {
     const struct mill_view k = mill_convex_look(c, view, centre, pose);
-    const vec3 point = vec3_axpy(centre, -k.d, k.n);
-    return (struct mill_contact){
-        .normal = k.n,
-        .point = point,
-        .velocity = mill_pose_velocity(pose, point),
-        .gap = k.d - radius,
-    };
+    return mill_shape_touch(centre, k.d, k.n, radius, pose);
 }
 
 #endif

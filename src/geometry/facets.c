@@ -23,12 +23,7 @@ static struct mill_contact contact_at(const struct mill_facets *m,
         const vec3 out = mill_facets_outwards(m, near);
         n = vec3_scale(out, 1.0 / vec3_norm(out));
     }
-    n = mill_pose_turn_out(pose, n);
-    const vec3 point = vec3_axpy(centre, -d, n);
-    return (struct mill_contact){.normal = n,
-                                 .point = point,
-                                 .velocity = mill_pose_velocity(pose, point),
-                                 .gap = d - radius};
+    return mill_shape_touch(centre, d, mill_pose_turn_out(pose, n), radius, pose);
 }
 
 /* Most calls are for a ball that touches, so it searches nearby facets first. */
@@ -312,14 +307,8 @@ static void release(struct mill_shape *shape)
     free(m->at_corner);
 }
 
-static const struct mill_shape_type surface = {.size = sizeof(struct mill_facets),
-                                               .create = create,
-                                               .free = release,
-                                               .next_contact = next_contact,
-                                               .contact = contact,
-                                               .reachable = reachable,
-                                               .beside = beside,
-                                               .places = places};
+static const struct mill_shape_type surface = {
+    sizeof(struct mill_facets), create,          release, next_contact, contact, reachable,
+    .beside = beside,           .places = places};
 
-const struct mill_solid mill_facets_solid = {
-    .surface = &surface, .is_sound = is_sound, .volume = volume, .outline = outline, .hull = hull};
+const struct mill_solid mill_facets_solid = {&surface, is_sound, volume, outline, .hull = hull};

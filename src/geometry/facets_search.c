@@ -149,18 +149,6 @@ static bool look_at_due(struct search *s, double by)
     return met;
 }
 
-/* For a ball whose centre is behind the surface, which only happens to a pinched ball: there is a
- * contact while it moves inwards. */
-static struct mill_hit get_out(const struct search *s, const struct mill_facets_near *near)
-{
-    const double out = near->d > 0.0 ? -vec3_dot(near->way, s->v) / near->d : 0.0;
-    if (out <= MILL_CONVEX_SLOWEST)
-        return (struct mill_hit){MILL_HIT_CONTACT, 0.0};
-    const double t = mill_least(out / s->a, s->longest);
-    return t < s->horizon ? (struct mill_hit){MILL_HIT_ASK_AGAIN, t}
-                          : (struct mill_hit){MILL_HIT_NONE, INFINITY};
-}
-
 /* The search itself, after the state at the start is computed and the first span has begun */
 static struct mill_hit go_on(struct search *s, struct mill_hit none)
 {
@@ -168,7 +156,8 @@ static struct mill_hit go_on(struct search *s, struct mill_hit none)
     if (s->deepest < s->radius * s->radius * (1.0 - DEEP)) {
         struct mill_facets_near near;
         if (mill_facets_nearest(s->m, s->place, s->radius, &near) && near.behind)
-            return get_out(s, &near);
+            return mill_convex_get_out(near.d > 0.0 ? -vec3_dot(near.way, s->v) / near.d : 0.0,
+                                       s->a, s->longest, s->horizon);
     }
     for (int step = 1; !met && step < MILL_CONVEX_MOST; step++) {
         s->glides = step >= MILL_CONVEX_PATIENCE;
@@ -195,8 +184,7 @@ struct mill_hit mill_facets_search(const struct mill_facets *m, const struct mil
     assert(horizon >= 0.0);
     const struct mill_motion_bounds *b = &m->body.convex.bounds;
     const double end = horizon < MILL_CONVEX_FARTHEST ? horizon : MILL_CONVEX_FARTHEST;
-    const struct mill_hit none = end < horizon ? (struct mill_hit){MILL_HIT_ASK_AGAIN, end}
-                                               : (struct mill_hit){MILL_HIT_NONE, INFINITY};
+    const struct mill_hit none = mill_convex_none(end, horizon);
     struct search s; /* its list is filled only as far as it is used */
     s.m = m;
     s.flight = flight;

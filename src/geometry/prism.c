@@ -68,11 +68,8 @@ static bool create(struct mill_shape *shape)
     return true;
 }
 
-static const struct mill_shape_type surface = {.size = sizeof(struct mill_bodied),
-                                               .create = create,
-                                               .next_contact = next_contact,
-                                               .contact = contact,
-                                               .reachable = reachable};
+static const struct mill_shape_type surface = {
+    sizeof(struct mill_bodied), create, NULL, next_contact, contact, .reachable = reachable};
 
 /* ---- the solid ---- */
 
@@ -123,13 +120,6 @@ static void outline(const struct mill_body *is, int wall, double tolerance, stru
     mill_mesh_ring_free(&ring);
 }
 
-const struct mill_solid mill_prism_solid = {.surface = &surface,
-                                            .round = true,
-                                            .is_sound = is_sound,
-                                            .core = core,
-                                            .support = mill_round_support,
-                                            .volume = volume,
-                                            .outline = outline,
-                                            .walls = walls,
-                                            .hull = hull,
-                                            .moving = &mill_round_cylinder_solid};
+const struct mill_solid mill_prism_solid = {
+    &surface,           is_sound, volume, outline,       core,
+    mill_round_support, walls,    hull,   .round = true, .moving = &mill_round_cylinder_solid};

@@ -216,15 +216,14 @@ static const struct mill_key key_cylinder[] = {{MILL_SOLID_RADIUS},
                                                {MILL_SOLID_LENGTH},
                                                {MILL_SOLID_ROUNDING},
                                                {.name = NULL}};
-static const struct mill_key key_cone[] = {
-    {"radius", "radius at its own z = -length/2", .unit = "m", .lo = 0, .hi = 1e4,
-     MILL_SOLID_AT(radius)},
-    {"end_radius", "radius at its own z = length/2", .unit = "m", .lo = 0, .hi = 1e4,
-     MILL_SOLID_AT(end_radius)},
-    {MILL_SOLID_LENGTH},
-    {MILL_SOLID_ROUNDING},
-    {.name = NULL},
-};
+static const struct mill_key key_cone[] = {{"radius", "radius at its own z = -length/2",
+                                            .unit = "m", .lo = 0, .hi = 1e4, MILL_SOLID_AT(radius)},
+                                           {"end_radius", "radius at its own z = length/2",
+                                            .unit = "m", .lo = 0, .hi = 1e4,
+                                            MILL_SOLID_AT(end_radius)},
+                                           {MILL_SOLID_LENGTH},
+                                           {MILL_SOLID_ROUNDING},
+                                           {.name = NULL}};
 
 MILL_BODY_SURFACE(struct round, create, view, mill_body_is_far)
 
@@ -250,17 +249,9 @@ MILL_BODY_SURFACE(struct round, create, view, mill_body_is_far)
         if (wall <= 0)                                                                             \
             outline(is, &core, tolerance, mesh);                                                   \
     }                                                                                              \
-    const struct mill_solid mill_round_##NAME##_solid = {.key = key_##NAME,                        \
-                                                         .surface = &surface,                      \
-                                                         .round = true,                            \
-                                                         .ball = BALL,                             \
-                                                         .is_sound = is_##NAME,                    \
-                                                         .core = core_##NAME,                      \
-                                                         .support = mill_round_support,            \
-                                                         .volume = volume_##NAME,                  \
-                                                         .outline = outline_##NAME,                \
-                                                         .walls = walls_##NAME,                    \
-                                                         .hull = hull_##NAME}
+    const struct mill_solid mill_round_##NAME##_solid = {                                          \
+        &surface,     is_##NAME,   volume_##NAME, outline_##NAME, core_##NAME, mill_round_support, \
+        walls_##NAME, hull_##NAME, key_##NAME,    .round = true,  .ball = BALL}
 
 ROUND(sphere, true, straight, 0.0);
 ROUND(capsule, false, straight, is->length);

@@ -78,6 +78,14 @@ struct mill_contact {
     double gap;    /* [m] between the ball's surface and the shape, < 0: overlap */
 };
 
+/* Of a ball whose centre is at distance d [m] from the surface, in the direction n */
+static inline struct mill_contact mill_shape_touch(vec3 centre, double d, vec3 n, double radius,
+                                                   const struct mill_pose *pose)
+{
+    const vec3 point = vec3_axpy(centre, -d, n);
+    return (struct mill_contact){n, point, mill_pose_velocity(pose, point), d - radius};
+}
+
 /* [m] a search by steps takes a gap below this as closed: about 50 rounding errors of a position */
 #define MILL_SHAPE_CLOSED 1e-15
 
@@ -102,12 +110,6 @@ struct mill_shape_type {
     /* false: no ball of this radius with its centre in the box [lo, hi] can ever touch the shape,
      * at any time of its motion. It may be true without need, but never false by mistake. */
     bool (*reachable)(const struct mill_shape *, vec3 lo, vec3 hi, double radius);
-    /* The parts that such a ball can touch, none if it cannot reach the shape; NULL: the shape has
-     * no parts. Every flight within the box gets these parts in `parts`. */
-    struct mill_span (*parts)(const struct mill_shape *, vec3 lo, vec3 hi, double radius);
-    /* The sector for such a ball, of a body whose motion turns about a line at rest; NULL: the ball
-     * may be met at any angle. */
-    struct mill_sector (*sector)(const struct mill_shape *, vec3 lo, vec3 hi, double radius);
     /* true: the ball, with velocity v, also touches the shape at a second place and closes on it;
      * *contact is the contact there. NULL: no ball ever touches this shape at two places. */
     bool (*beside)(const struct mill_shape *, vec3 centre, vec3 v, double radius,
@@ -117,6 +119,12 @@ struct mill_shape_type {
      * 1, the nearest place. NULL: there is one at most, and `contact` gives it. */
     int (*places)(const struct mill_shape *, vec3 centre, double radius, const struct mill_pose *,
                   struct mill_contact *contact, int most);
+    /* The parts that such a ball can touch, none if it cannot reach the shape; NULL: the shape has
+     * no parts. Every flight within the box gets these parts in `parts`. */
+    struct mill_span (*parts)(const struct mill_shape *, vec3 lo, vec3 hi, double radius);
+    /* The sector for such a ball, of a body whose motion turns about a line at rest; NULL: the ball
+     * may be met at any angle. */
+    struct mill_sector (*sector)(const struct mill_shape *, vec3 lo, vec3 hi, double radius);
 };
 
 struct mill_solid;

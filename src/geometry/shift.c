@@ -89,9 +89,4 @@ static void restart(struct mill_motion *motion, double base, double by)
         shift->phase[k] = mill_phase_turns(shift->start[k], shift->is.frequency, base);
 }
 
-const struct mill_motion_type mill_shift_type = {.is_sound = is_sound,
-                                                 .create = create,
-                                                 .pose = pose,
-                                                 .bounds = bounds,
-                                                 .carry = carry,
-                                                 .restart = restart};
+const struct mill_motion_type mill_shift_type = {is_sound, create, pose, bounds, restart, carry};

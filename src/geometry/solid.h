@@ -45,25 +45,25 @@ struct mill_hull {
 enum { MILL_SOLID_WHOLE = -1 };
 
 struct mill_solid {
-    const struct mill_key *key;            /* its sizes in a deck: members of struct mill_body */
     const struct mill_shape_type *surface; /* how balls meet it from outside, or the whole of it */
-    bool round, ball; /* a body of revolution about its own z; about any axis */
     /* Are its sizes valid? */
     bool (*is_sound)(const struct mill_body *);
-    /* Its core, and the point of the core that is farthest in a direction, which need not be of
-     * length 1. NULL: it is not convex; the facets of its outline stand for it. */
-    struct mill_core (*core)(const struct mill_body *);
-    vec3 (*support)(const struct mill_core *, vec3 way);
     double (*volume)(const struct mill_body *); /* [m^3] */
     /* Adds its outline in its motion's frame, seen from the side of the balls, with flats about
      * `tolerance` [m] from the surface; their number is limited. wall: adds only what this
      * wall of a container shows; or MILL_SOLID_WHOLE */
     void (*outline)(const struct mill_body *, int wall, double tolerance, struct mill_mesh *);
+    /* Its core, and the point of the core that is farthest in a direction, which need not be of
+     * length 1. NULL: it is not convex; the facets of its outline stand for it. */
+    struct mill_core (*core)(const struct mill_body *);
+    vec3 (*support)(const struct mill_core *, vec3 way);
     /* Its walls, if it is a container; returns their number. NULL: it is one surface, also from
      * inside, or it can only be met from outside (is_sound). */
     int (*walls)(const struct mill_body *, struct mill_wall wall[MILL_WALLS]);
     /* A hull of its own, narrower than the one from the support. NULL: from the support */
     struct mill_hull (*hull)(const struct mill_body *);
+    const struct mill_key *key; /* its sizes in a deck: members of struct mill_body */
+    bool round, ball;           /* a body of revolution about its own z; about any axis */
     /* What replaces it where it moves in another way than by turning about the x axis. NULL: it is
      * no drum */
     const struct mill_solid *moving;

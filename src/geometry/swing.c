@@ -88,5 +88,5 @@ static void restart(struct mill_motion *motion, double base, double by)
     swing->phase = mill_phase_turns(swing->start, swing->is.frequency, base);
 }
 
-const struct mill_motion_type mill_swing_type = {
-    .is_sound = is_sound, .create = create, .pose = pose, .bounds = bounds, .restart = restart};
+const struct mill_motion_type mill_swing_type = {is_sound, create, pose, bounds,
+                                                 .restart = restart};

@@ -267,5 +267,5 @@ static void restart(struct mill_motion *motion, double base, double by)
     table->phase = fmod(base, table->length);
 }
 
-const struct mill_motion_type mill_table_type = {
-    .is_sound = is_sound, .create = create, .pose = pose, .bounds = bounds, .restart = restart};
+const struct mill_motion_type mill_table_type = {is_sound, create, pose, bounds,
+                                                 .restart = restart};

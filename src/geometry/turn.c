@@ -114,9 +114,4 @@ static void restart(struct mill_motion *motion, double base, double by)
                                              : mill_phase_radians(turn->start, is->speed, base);
 }
 
-const struct mill_motion_type mill_turn_type = {.is_sound = is_sound,
-                                                .create = create,
-                                                .pose = pose,
-                                                .bounds = bounds,
-                                                .carry = carry,
-                                                .restart = restart};
+const struct mill_motion_type mill_turn_type = {is_sound, create, pose, bounds, restart, carry};

@@ -241,9 +241,5 @@ static bool create(struct mill_shape *shape)
     return true;
 }
 
-const struct mill_shape_type mill_wall_type = {.size = sizeof(struct wall),
-                                               .create = create,
-                                               .next_contact = next_contact,
-                                               .contact = contact,
-                                               .beside = beside,
-                                               .reachable = reachable};
+const struct mill_shape_type mill_wall_type = {
+    sizeof(struct wall), create, NULL, next_contact, contact, reachable, .beside = beside};
