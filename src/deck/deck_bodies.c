@@ -158,8 +158,7 @@ static bool read_mesh(struct mill_deck *deck, const struct mill_deck_section *se
     if (least > 0.0 && least < MILL_SOLID_LEAST)
         return mill_deck_wrong(
             text, section->title, "unit",
-            "the mesh measures %.3g x %.3g x %.3g m, and no length of a body may "
-            "be below %g m",
+            "the mesh measures %.3g x %.3g x %.3g m, and no length of a body may be below %g m",
             size.x, size.y, size.z, MILL_SOLID_LEAST);
     if (!mill_facets_unite(is, facet, &found))
         return mill_deck_failed(text, "out of memory for the %zu facets of '%s'", is->facets,
@@ -192,13 +191,13 @@ static bool check_form(const struct mill_deck *deck, const struct mill_deck_sect
         return mill_deck_wrong(&deck->text, section->title, "side",
                                "a body of this shape cannot hold the balls: set 'side = outside'");
     if (mill_solid_is_sound(solid, &sharp))
-        return mill_deck_wrong(&deck->text, section->title, "rounding",
-                               "%g m is too large for the sizes of the body, or smaller than "
-                               "%g m: change it",
-                               is->rounding, MILL_SOLID_LEAST);
-    return mill_deck_wrong(&deck->text, section->title, NULL,
-                           "a size of the body is out of range: look at its radius, length and "
-                           "size");
+        return mill_deck_wrong(
+            &deck->text, section->title, "rounding",
+            "%g m is too large for the sizes of the body, or smaller than %g m: change it",
+            is->rounding, MILL_SOLID_LEAST);
+    return mill_deck_wrong(
+        &deck->text, section->title, NULL,
+        "a size of the body is out of range: look at its radius, length and size");
 }
 
 static void add(struct mill_deck *deck, const char *section, struct mill_setup_surface surface,
@@ -275,9 +274,9 @@ void mill_deck_bodies_list(struct mill_deck *deck)
         good = add_body(deck, s) && good;
     deck->mill.container = mill_shapes_container(&deck->setup);
     if (good && !deck->mill.drum && !deck->mill.container)
-        mill_deck_wrong(&deck->text, NULL, NULL,
-                        "nothing holds the balls: add [drum], or a [body.NAME] with "
-                        "'side = inside'");
+        mill_deck_wrong(
+            &deck->text, NULL, NULL,
+            "nothing holds the balls: add [drum], or a [body.NAME] with 'side = inside'");
     deck->mill.carrier =
         deck->mill.container ? deck->mill.container->motion : deck->setup.drum.rides - 1;
 }
@@ -359,9 +358,8 @@ void mill_deck_bodies_turn(struct mill_deck *deck)
     }
     if (tip == 0.0)
         mill_deck_wrong(&deck->text, "rotor", "tip_speed",
-                        "needs blades, or bodies with 'motion = rotor': their largest "
-                        "distance from the axis is the radius of the tip; without them give "
-                        "'speed'");
+                        "needs blades, or bodies with 'motion = rotor': their largest distance "
+                        "from the axis is the radius of the tip; without them give 'speed'");
     else
         deck->given.rotor.speed = deck->given.tip_speed / tip;
 }

@@ -252,8 +252,8 @@ static void warn_of_idle(const struct mill_deck *deck)
             continue;
         mill_deck_faults_warn(
             deck, mill_deck_find(&deck->text, "motion", deck->mill.motion[k].name)->title, "kind",
-            "this motion carries nothing: name it as 'on' of another motion or as "
-            "'motion' of a body, or leave it out");
+            "this motion carries nothing: name it as 'on' of another motion or as 'motion' of a "
+            "body, or leave it out");
     }
 }
 
@@ -272,11 +272,10 @@ static void warn_of_axes(const struct mill_deck *deck)
     const double away = vec3_norm(vec3_axpy(off, -vec3_dot(off, turn->axis), turn->axis));
     if (vec3_norm(vec3_cross(turn->axis, is->z)) > 1e-6 || away <= 1e-6 * is->length)
         return;
-    mill_deck_faults_warn(
-        deck, mill_deck_holder(deck), "centre",
-        "the container's axis is %.3g mm away from the axis of [motion.%s]: give a "
-        "planetary jar and its motion the same 'centre'",
-        1e3 * away, motion->name);
+    mill_deck_faults_warn(deck, mill_deck_holder(deck), "centre",
+                          "the container's axis is %.3g mm away from the axis of [motion.%s]: give "
+                          "a planetary jar and its motion the same 'centre'",
+                          1e3 * away, motion->name);
 }
 
 /* The table of a motion in other units than those of the deck: nothing in a mill is so fast */
@@ -300,11 +299,10 @@ static void warn_of_table(const struct mill_deck *deck, const struct mill_setup_
     }
     if (speed <= FAST && push <= HARD * g && far <= WIDE * size)
         return;
-    mill_deck_faults_warn(
-        deck, mill_deck_find(&deck->text, "motion", motion->name)->title, "file",
-        "the table moves by %.3g m, at up to %.3g m/s and %.3g g: its rows are in "
-        "s, m and rad; divide lengths in mm and times in ms by 1000",
-        far, speed, push / g);
+    mill_deck_faults_warn(deck, mill_deck_find(&deck->text, "motion", motion->name)->title, "file",
+                          "the table moves by %.3g m, at up to %.3g m/s and %.3g g: its rows are "
+                          "in s, m and rad; divide lengths in mm and times in ms by 1000",
+                          far, speed, push / g);
 }
 
 /* Values of the deck come before those of a material. Says where a material has no effect. */
@@ -328,21 +326,20 @@ static void warn_of_materials(const struct mill_deck *deck)
             continue;
         mill_deck_faults_warn(
             deck, b->section, "density",
-            "%.4g kg/m^3 is used, not the %.4g kg/m^3 of '%s'; leave it out to use "
-            "that",
+            "%.4g kg/m^3 is used, not the %.4g kg/m^3 of '%s'; leave it out to use that",
             b->density, found.is.density, b->material);
     }
     for (int kind = 0; kind < deck->mill.contacts.count; kind++)
         given = given && !deck->mill.contact[kind].assumed[0];
     if (!given || !(of_part || of_balls))
         return;
-    mill_deck_faults_warn(
-        deck, of_balls ? of_balls : of_part, "material",
-        of_balls ? "[contact] gives all values of the contacts; leave them out to use "
-                   "those of the material"
-        : mill_deck_entry(contact, "friction") && mill_deck_entry(contact, "tangential_restitution")
-            ? "is not used: [contact] gives all values"
-            : "is not used: the balls have no 'material'");
+    mill_deck_faults_warn(deck, of_balls ? of_balls : of_part, "material",
+                          of_balls ? "[contact] gives all values of the contacts; leave them out "
+                                     "to use those of the material"
+                          : mill_deck_entry(contact, "friction") &&
+                                  mill_deck_entry(contact, "tangential_restitution")
+                              ? "is not used: [contact] gives all values"
+                              : "is not used: the balls have no 'material'");
 }
 
 void mill_deck_warn(const struct mill_deck *deck)

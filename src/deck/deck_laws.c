@@ -130,12 +130,12 @@ static bool settle(struct mill_deck_text *text, const struct mill_deck_section *
     law->rows = fall;
     if (!fall || !mill_deck_files_find(text, s->title, key, &law->table))
         return false;
-    struct mill_deck_rows rows = {.text = text,
-                                  .section = s->title,
-                                  .key = key,
-                                  .path = law->table,
-                                  .form = "2 numbers 'v e': speed in m/s, restitution",
-                                  .columns = 1u << 2,
+    struct mill_deck_rows rows = {text,
+                                  s->title,
+                                  key,
+                                  law->table,
+                                  "2 numbers 'v e': speed in m/s, restitution",
+                                  1u << 2,
                                   .most = MILL_FALL_POINTS};
     return mill_deck_files_read(&rows) && take_rows(&rows, fall);
 }

@@ -42,13 +42,9 @@ bool mill_deck_lining_read(struct mill_deck *deck, const char *section, const ch
 {
     if (!mill_deck_files_find(&deck->text, section, "file", file))
         return false;
-    struct mill_deck_rows rows = {.text = &deck->text,
-                                  .section = section,
-                                  .key = "file",
-                                  .path = *file,
-                                  .form = "3 numbers 'x y bulge' in SI units",
-                                  .columns = 1u << 3,
-                                  .most = MOST_CORNERS};
+    struct mill_deck_rows rows = {
+        &deck->text,         section, "file", *file, "3 numbers 'x y bulge' in SI units", 1u << 3,
+        .most = MOST_CORNERS};
     const bool good = mill_deck_files_read(&rows);
     is->corners = rows.row.count;
     is->corner = rows.row.item;

@@ -72,13 +72,9 @@ static bool read_table(struct mill_deck *deck, const struct mill_deck_section *s
     const char **file = &((struct mill_deck_motion *)section->form)->as.file;
     if (!mill_deck_files_find(&deck->text, section->title, "file", file))
         return false;
-    struct mill_deck_rows rows = {.text = &deck->text,
-                                  .section = section->title,
-                                  .key = "file",
-                                  .path = *file,
-                                  .form = "7 numbers 't x y z rx ry rz' in SI units",
-                                  .columns = 1u << COLUMNS,
-                                  .most = MOST_ROWS};
+    struct mill_deck_rows rows = {
+        &deck->text,   section->title,   "file", *file, "7 numbers 't x y z rx ry rz' in SI units",
+        1u << COLUMNS, .most = MOST_ROWS};
     const bool good = mill_deck_files_read(&rows) && check_rows(&rows);
     *table = (struct mill_table){rows.row.count, rows.row.item};
     return good;
@@ -138,21 +134,18 @@ bool mill_deck_motions_find(const struct mill_deck *deck, const char *section, c
                            hint);
 }
 
-/* The remaining motions all wait for their carriers. Following the carriers leads
- * into the circle. */
-static void tell_circle(const struct mill_deck *deck, const struct mill_deck_section *section)
+/* The remaining motions all wait for their carriers. Following the carriers leads into the circle.
+ */
+static bool tell_circle(const struct mill_deck *deck, const struct mill_deck_section *section)
 {
     for (int k = 0; k < MILL_MOTIONS_MOST; k++)
         section =
             mill_deck_find(&deck->text, "motion", ((struct mill_deck_motion *)section->form)->on);
-    const char *on = ((struct mill_deck_motion *)section->form)->on,
-               *name = mill_deck_name(section);
-    if (strcmp(on, name) == 0)
-        mill_deck_wrong(&deck->text, section->title, "on", "a motion cannot carry itself");
-    else
-        mill_deck_wrong(&deck->text, section->title, "on",
-                        "motions carry each other in a circle: '%s' is itself carried by '%s'", on,
-                        name);
+    const char *on = ((struct mill_deck_motion *)section->form)->on;
+    const char *name = mill_deck_name(section), *wrong = "a motion cannot carry itself";
+    if (strcmp(on, name) != 0)
+        wrong = "motions carry each other in a circle: '%s' is itself carried by '%s'";
+    return mill_deck_wrong(&deck->text, section->title, "on", wrong, on, name);
 }
 
 static bool list_named(struct mill_deck *deck)
@@ -176,10 +169,8 @@ static bool list_named(struct mill_deck *deck)
                      !add_motion(deck, waiting[k], carrier))
                 return false;
         }
-        if (left == n) {
-            tell_circle(deck, waiting[0]);
-            return false;
-        }
+        if (left == n)
+            return tell_circle(deck, waiting[0]);
     }
     return true;
 }

@@ -51,14 +51,12 @@ static struct mill_deck_section *open_section(struct mill_deck_text *text, const
         name += prefixed ? strlen(MILL_DECK_BALL) : 0;
         wrong = strcmp(title, "motion.rotor") == 0
                     ? "'rotor' is the motion of [rotor]; give this one another name"
-                : kind && !prefixed
-                    ? "unknown kind of contact; its name begins with 'ball_': [contact.ball_drum], "
-                      "or [contact.ball_NAME] for [body.NAME]"
+                : kind && !prefixed ? "unknown kind of contact; its name begins with 'ball_': "
+                                      "[contact.ball_drum], or [contact.ball_NAME] for [body.NAME]"
                 : strlen(name) >= MILL_NAME_LENGTH ? "the name is longer than 63 characters"
-                : !mill_deck_is_name(name)
-                    ? "a name consists of letters, digits, '_', '-', '+' and '.', and begins with "
-                      "one of the first three"
-                    : NULL;
+                : !mill_deck_is_name(name) ? "a name consists of letters, digits, '_', '-', '+' "
+                                             "and '.', and begins with one of the first three"
+                                           : NULL;
     }
     if (wrong)
         mill_deck_wrong(text, title, NULL, "%s", wrong);

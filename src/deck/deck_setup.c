@@ -36,10 +36,10 @@ static void tell_no_room(const struct mill_deck *deck, const struct mill_deck_te
                                  (long)fault->fits[k], mixture ? " " : "",
                                  mixture ? deck->setup.balls[k].name : "");
     if (fault->fits[0] == 0)
-        mill_deck_wrong(text, first->section, first->given,
-                        "not a single ball%s fits: make the balls, or the bodies in the container, "
-                        "smaller",
-                        mixture ? " of each kind" : "");
+        mill_deck_wrong(
+            text, first->section, first->given,
+            "not a single ball%s fits: make the balls, or the bodies in the container, smaller",
+            mixture ? " of each kind" : "");
     else
         mill_deck_wrong(text, first->section, first->given,
                         "%ld balls do not fit (solid fraction %.3f of the free volume); %s fit",
@@ -66,18 +66,17 @@ static void tell_bodies(const struct mill_deck *deck, const struct mill_deck_tex
         mill_deck_wrong(text, section, NULL, "%s" MILL_DECK_LEAVES "%s", copy, by, fault->when,
                         size);
     else if (fault->code == MILL_FAULT_CLASH)
-        mill_deck_wrong(text, section, NULL,
-                        "%sruns into [%s] %sat t = %.6g s: make one of them smaller, or put both "
-                        "on one motion",
-                        copy, find_section(deck, fault->ball, other_copy), other_copy, fault->when);
+        mill_deck_wrong(
+            text, section, NULL,
+            "%sruns into [%s] %sat t = %.6g s: make one of them smaller, or put both on one motion",
+            copy, find_section(deck, fault->ball, other_copy), other_copy, fault->when);
     else if (fault->code == MILL_FAULT_MOVES)
         mill_deck_wrong(text, section, "motion",
                         "%smay only turn about the x axis if the drum's ends are periodic", copy);
     else
         mill_deck_wrong(text, section, NULL,
-                        "%smust keep a ball's radius, %.4g mm, away from the periodic ends of "
-                        "the drum, or reach from end to end with one cross-section, "
-                        "without a rounding",
+                        "%smust keep a ball's radius, %.4g mm, away from the periodic ends of the "
+                        "drum, or reach from end to end with one cross-section, without a rounding",
                         copy, 1e3 * fault->amount);
 }
 
@@ -101,8 +100,8 @@ static void tell_ball(const struct mill_deck *deck, const struct mill_deck_rows 
                               line[fault->other], fault->amount);
     else
         mill_deck_files_wrong(rows, at,
-                              "x is %.6g m from the middle, beyond the periodic ends of the "
-                              "drum at %g m: move the ball",
+                              "x is %.6g m from the middle, beyond the periodic ends of the drum "
+                              "at %g m: move the ball",
                               fault->amount, 0.5 * deck->setup.drum.length);
 }
 
@@ -121,10 +120,10 @@ static void tell(const struct mill_deck *deck, const struct mill_deck_rows *rows
              code == MILL_FAULT_BALL_IN_BALL || code == MILL_FAULT_BALL_OUTSIDE)
         tell_ball(deck, rows, fault);
     else if (code == MILL_FAULT_SHORT)
-        mill_deck_wrong(text, "drum", "length",
-                        "with periodic ends, must be at least three diameters of a ball, "
-                        "%.6g m; got %g m",
-                        3.0 * fault->amount, deck->setup.drum.length);
+        mill_deck_wrong(
+            text, "drum", "length",
+            "with periodic ends, must be at least three diameters of a ball, %.6g m; got %g m",
+            3.0 * fault->amount, deck->setup.drum.length);
     else if (code == MILL_FAULT_TILT)
         mill_deck_wrong(text, "gravity", "acceleration",
                         "must be 0 along x if the drum's ends are periodic, or the balls fall "
@@ -154,12 +153,11 @@ static void warn_of(const struct mill_deck *deck, const struct mill_passing *pla
                               "because this would take too long",
                               copy[0] ? copy : "it ", met, other_copy, place->when);
     else
-        mill_deck_faults_warn(
-            deck, section, NULL,
-            "%scomes as near as %.2g mm to %s[%s] %sat t = %.4g s, no more than a "
-            "ball's diameter of %.3g mm: balls can be pinched there",
-            copy, 1e3 * place->gap, wall ? "an end wall of " : "", met, other_copy, place->when,
-            1e3 * d);
+        mill_deck_faults_warn(deck, section, NULL,
+                              "%scomes as near as %.2g mm to %s[%s] %sat t = %.4g s, no more than "
+                              "a ball's diameter of %.3g mm: balls can be pinched there",
+                              copy, 1e3 * place->gap, wall ? "an end wall of " : "", met,
+                              other_copy, place->when, 1e3 * d);
 }
 
 /* ---- the sizes of balls ---- */
@@ -194,12 +192,12 @@ static long list_law(const struct mill_deck *deck, const char *section,
 static long list_rows(struct mill_deck *deck, const char *section, const char *path,
                       struct size *size)
 {
-    struct mill_deck_rows rows = {.text = &deck->text,
-                                  .section = section,
-                                  .key = "sizes",
-                                  .path = path,
-                                  .form = "2 numbers 'd m': diameter in m, share of the mass",
-                                  .columns = 1u << 2,
+    struct mill_deck_rows rows = {&deck->text,
+                                  section,
+                                  "sizes",
+                                  path,
+                                  "2 numbers 'd m': diameter in m, share of the mass",
+                                  1u << 2,
                                   .most = MILL_DECK_MOST_CLASSES};
     bool good = mill_deck_files_read(&rows);
     const double(*row)[2] = rows.row.item, none[2] = {0.0, 0.0}, *last = none;
@@ -343,10 +341,8 @@ void mill_deck_balls_list(struct mill_deck *deck)
         const double count = (double)balls->count, cube = pow(balls->diameter, 3);
         mill->volume += count * MILL_PI / 6.0 * cube;
         mill->mass += count * balls->density * MILL_PI / 6.0 * cube;
-        all[deck->setup.species] = (struct mill_setup_balls){.name = mill_deck_name(s),
-                                                             .diameter = balls->diameter,
-                                                             .density = balls->density,
-                                                             .count = (int32_t)balls->count};
+        all[deck->setup.species] = (struct mill_setup_balls){mill_deck_name(s), balls->diameter,
+                                                             balls->density, (int32_t)balls->count};
         mill->balls[deck->setup.species++] = *balls;
     }
     mill_deck_files_find(&deck->text, "balls", "start", &deck->given.start);
@@ -396,14 +392,13 @@ enum mill_status mill_deck_setup_world(const struct mill_deck *deck,
     struct mill_memory_list memory = {.size = sizeof(void *)};
     struct mill_deck_reading reading = {.error = error, .memory = &memory, .watch = watch};
     struct mill_deck_text text = deck->text;
-    struct mill_deck_rows rows = {.text = &text,
-                                  .section = "balls",
-                                  .key = "start",
-                                  .path = deck->given.start,
-                                  .form =
-                                      "3, 6 or 9 numbers 'x y z [vx vy vz [wx wy wz]]' in SI units",
-                                  .columns = 1u << 3 | 1u << 6 | 1u << 9,
-                                  .most = (long)deck->mill.all,
+    struct mill_deck_rows rows = {&text,
+                                  "balls",
+                                  "start",
+                                  deck->given.start,
+                                  "3, 6 or 9 numbers 'x y z [vx vy vz [wx wy wz]]' in SI units",
+                                  1u << 3 | 1u << 6 | 1u << 9,
+                                  (long)deck->mill.all,
                                   .alone = true};
     struct mill_setup setup = deck->setup;
     struct mill_fault fault = {.code = MILL_FAULT_NONE};

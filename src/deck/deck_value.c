@@ -15,30 +15,21 @@ static const struct quantity {
     const char *unit, *name, *example;
     bool vector;
 } quantities[] = {
-    {"m", "a length", "75 mm", false},
-    {"s", "a time", "10 ms", false},
-    {"rad", "an angle", "30 deg", false},
-    {"m/s", "a speed", "5 mm/s", false},
-    {"rad/s", "an angular speed", "1000 rpm", false},
-    {"Hz", "a frequency", "25 Hz", false},
-    {"kg", "a mass", "22 kg", false},
-    {"kg/m^3", "a density", "7800 kg/m^3", false},
-    {"J", "an energy", "1 mJ", false},
-    {"K", "a temperature in kelvin", "293 K", false},
-    {"Pa", "a pressure", "8 GPa", false},
+    /* clang-format off */
+    {"m", "a length", "75 mm", false}, {"s", "a time", "10 ms", false}, {"rad", "an angle", "30 deg", false},
+    {"m/s", "a speed", "5 mm/s", false}, {"rad/s", "an angular speed", "1000 rpm", false},
+    {"Hz", "a frequency", "25 Hz", false}, {"kg", "a mass", "22 kg", false},
+    {"kg/m^3", "a density", "7800 kg/m^3", false}, {"J", "an energy", "1 mJ", false},
+    {"K", "a temperature in kelvin", "293 K", false}, {"Pa", "a pressure", "8 GPa", false},
     {"J/kg/K", "a specific heat capacity", "460 J/kg/K", false},
     {"W/K", "a heat flow for each kelvin", "2 W/K", false},
-    {"kg/J", "a mass for each joule", "1e-12 kg/J", false},
-    {"kg/J/m", "f_Mat", "0.9 kg/J/m", false},
+    {"kg/J", "a mass for each joule", "1e-12 kg/J", false}, {"kg/J/m", "f_Mat", "0.9 kg/J/m", false},
     {"J m/kg", "x W_m,min", "0.1 J m/kg", false},
     {"m/s^2", "three numbers and a unit of acceleration", "0 0 -9.81 m/s^2", true},
-    {"m", "three lengths in one unit", "60 20 10 mm", true},
-    {"rad", "three angles in one unit", "90 0 0 deg", true},
-    {"", "three numbers, not all of them 0,", "0 0 1", true},
-    {"1", "a share", "1 %", false},
-    {"critical", "a share of the critical speed", "70 % critical", false},
-    {NULL, "a plain number", "0.8", false},
-};
+    {"m", "three lengths in one unit", "60 20 10 mm", true}, {"rad", "three angles in one unit", "90 0 0 deg", true},
+    {"", "three numbers, not all of them 0,", "0 0 1", true}, {"1", "a share", "1 %", false},
+    {"critical", "a share of the critical speed", "70 % critical", false}, {NULL, "a plain number", "0.8", false}};
+/* clang-format on */
 
 /* Text after a number: " mm", or nothing. A fraction has no unit, or one such as %. */
 static const char *unit_of(const struct mill_key *key)
@@ -62,12 +53,10 @@ static void print_words(const struct mill_key *key, char *out, size_t size)
 {
     int length, next, used = 0;
     const char *word;
-    for (int n = 0; (word = mill_deck_value_word(key, n, &length)) && used < (int)size; n++)
-        used += snprintf(out + used, size - (size_t)used, "%s'%.*s'",
-                         n == 0                                    ? ""
-                         : mill_deck_value_word(key, n + 1, &next) ? ", "
-                                                                   : " or ",
-                         length, word);
+    for (int n = 0; (word = mill_deck_value_word(key, n, &length)) && used < (int)size; n++) {
+        const char *apart = mill_deck_value_word(key, n + 1, &next) ? ", " : " or ";
+        used += snprintf(out + used, size - (size_t)used, "%s'%.*s'", n ? apart : "", length, word);
+    }
 }
 
 void mill_deck_value_wanted(const struct mill_key *key, bool with_unit, char *out, size_t size)
@@ -89,9 +78,8 @@ void mill_deck_value_wanted(const struct mill_key *key, bool with_unit, char *ou
     else if (key->type == MILL_KEY_FILE || key->type == MILL_KEY_NAME)
         snprintf(out, size, "%s", key->type == MILL_KEY_FILE ? "the name of a file" : "a name");
     else
-        snprintf(out, size, "%s%s such as '%s'%s%s%s", q->name, with_unit ? " with its unit" : "",
-                 q->example, key->words ? ", or '" : "", key->words ? key->words : "",
-                 key->words ? "'" : "");
+        snprintf(out, size, key->words ? "%s%s such as '%s', or '%s'" : "%s%s such as '%s'",
+                 q->name, with_unit ? " with its unit" : "", q->example, key->words);
 }
 
 /* For numbers with commas: "; write 37.5 mm with a decimal point". A comma may also separate the
@@ -133,13 +121,11 @@ static bool refuse(const struct mill_key *key, bool with_unit, const char *text,
     char wanted[120], mend[160];
     mill_deck_value_wanted(key, with_unit, wanted, sizeof wanted);
     mend_number(key, text, mend, sizeof mend);
-    if (*mend)
-        remark = mend;
     if (!*text)
         mill_error_set(why, MILL_BAD_DECK, "expected %s, got nothing", wanted);
     else
         mill_error_set(why, MILL_BAD_DECK, "expected %s, got '%.*s%s'%s", wanted, LONG, text,
-                       strlen(text) > LONG ? "..." : "", remark);
+                       strlen(text) > LONG ? "..." : "", *mend ? mend : remark);
     return false;
 }
 
@@ -332,6 +318,7 @@ void mill_deck_value_print(const struct mill_key *key, const void *form, char *o
 {
     const void *where = (const char *)form + key->offset;
     const int numbers = key->type == MILL_KEY_VECTOR ? 3 : key->type == MILL_KEY_NUMBER;
+    const char *word;
     char number[32];
     int length;
     if (numbers == 1 && isnan(*(const double *)where)) {
@@ -349,9 +336,8 @@ void mill_deck_value_print(const struct mill_key *key, const void *form, char *o
     else if (key->type == MILL_KEY_WHOLE)
         snprintf(out, size, "%ld", *(const long *)where);
     else if (key->type == MILL_KEY_CHOICE &&
-             mill_deck_value_word(key, *(const int *)where, &length))
-        snprintf(out, size, "%.*s", length,
-                 mill_deck_value_word(key, *(const int *)where, &length));
+             (word = mill_deck_value_word(key, *(const int *)where, &length)))
+        snprintf(out, size, "%.*s", length, word);
     else if (*(const char *const *)where)
         mill_deck_parse_quote(*(const char *const *)where, out, size);
     else
@@ -376,8 +362,7 @@ static bool tell(const struct mill_deck_text *text, FILE *out)
     struct mill_error why, first;
     char number[128] = "";
     bool good = false;
-    /* the section's kind of motion or shape is not known: use the first kind that
-     * accepts the value */
+    /* the section's kind of motion or shape is not known: the first one that accepts the value */
     for (int n = 0; !good && (row = mill_deck_table_key(section->title, entry->key, n)); n++) {
         key = *key_for(row, entry->value);
         key.offset = 0;

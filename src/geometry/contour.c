@@ -53,9 +53,9 @@ static void join(struct making *m, struct mill_contour_piece *next)
         m->piece[m->count++] = (struct mill_contour_piece){.x = x,
                                                            .y = y,
                                                            .bend = -1.0,
+                                                           .end = {{x, y}, {x, y}},
                                                            .from = {-t[0], -t[1], -t[2]},
-                                                           .to = {-f[0], -f[1], -f[2]},
-                                                           .end = {{x, y}, {x, y}}};
+                                                           .to = {-f[0], -f[1], -f[2]}};
     }
 }
 

@@ -210,12 +210,9 @@ static struct mill_facets_flat flat_of(const vec3 p[3])
     const vec3 n = vec3_cross(ab, ac);
     const double square = vec3_dot(n, n);
     const double per = square > 0.0 ? 1.0 / square : (double)NAN;
-    return (struct mill_facets_flat){.a = p[0],
-                                     .ab = ab,
-                                     .ac = ac,
-                                     .u = vec3_scale(vec3_cross(ac, n), per),
-                                     .v = vec3_scale(vec3_cross(n, ab), per),
-                                     .per = {per_square(ab), per_square(bc), per_square(ac)}};
+    const vec3 u = vec3_scale(vec3_cross(ac, n), per), v = vec3_scale(vec3_cross(n, ab), per);
+    return (struct mill_facets_flat){p[0], ab, ac,
+                                     u,    v,  {per_square(ab), per_square(bc), per_square(ac)}};
 }
 
 /* Computes the unit normal of a facet and adds it, weighted, to the normals at its corners */

@@ -103,8 +103,7 @@ static inline struct mill_facets_walk mill_facets_set_out(const struct mill_face
                                                           vec3 place, double radius)
 {
     const double far = radius + mill_facets_blur(tree, place);
-    return (struct mill_facets_walk){.node = tree->node,
-                                     .nodes = tree->nodes,
+    return (struct mill_facets_walk){tree->node, .nodes = tree->nodes,
                                      .p = {(float)place.x, (float)place.y, (float)place.z},
                                      .square = (float)(far * far * (1.0 + 1e-5))};
 }

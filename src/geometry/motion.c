@@ -12,16 +12,14 @@ enum { MOST_PERIODS = 1000 }; /* in a common period */
 static struct mill_pose within(const struct mill_pose *outer, const struct mill_pose *inner)
 {
     const vec3 place = mill_pose_out(outer, inner->place);
-    return (struct mill_pose){
-        .place = place,
-        .x = mill_pose_turn_out(outer, inner->x),
-        .y = mill_pose_turn_out(outer, inner->y),
-        .z = mill_pose_turn_out(outer, inner->z),
-        .velocity =
-            vec3_add(mill_pose_velocity(outer, place), mill_pose_turn_out(outer, inner->velocity)),
-        .angular_velocity =
-            vec3_add(outer->angular_velocity, mill_pose_turn_out(outer, inner->angular_velocity)),
-    };
+    const vec3 velocity = mill_pose_turn_out(outer, inner->velocity);
+    const vec3 turn = mill_pose_turn_out(outer, inner->angular_velocity);
+    return (struct mill_pose){.place = place,
+                              .x = mill_pose_turn_out(outer, inner->x),
+                              .y = mill_pose_turn_out(outer, inner->y),
+                              .z = mill_pose_turn_out(outer, inner->z),
+                              .velocity = vec3_add(mill_pose_velocity(outer, place), velocity),
+                              .angular_velocity = vec3_add(outer->angular_velocity, turn)};
 }
 
 struct mill_pose mill_motion_pose(const struct mill_motion *motion, double t)
@@ -64,19 +62,14 @@ static struct mill_motion_bounds bounds_within(const struct mill_motion_bounds *
     const double turning = o->turning;
     const bool parallel = vec3_norm(o->axis) > 0.0 && vec3_norm(i->axis) > 0.0 &&
                           vec3_norm(vec3_cross(o->axis, i->axis)) < 1e-15;
-    const vec3 none = {0.0, 0.0, 0.0};
-    return (struct mill_motion_bounds){
-        .home = o->home,
-        .far = o->far + i->far,
-        .speed = o->speed + turning * i->far + i->speed,
-        .acceleration = o->acceleration + (o->spin_up + turning * turning) * i->far +
-                        2.0 * turning * i->speed + i->acceleration,
-        .turning = turning + i->turning,
-        .spin_up = o->spin_up + i->spin_up + (parallel ? 0.0 : turning * i->turning),
-        .axis = turning == 0.0                  ? i->axis
-                : i->turning == 0.0 || parallel ? o->axis
-                                                : none,
-    };
+    struct mill_motion_bounds all = {o->home, o->far + i->far, .turning = turning + i->turning};
+    all.speed = o->speed + turning * i->far + i->speed;
+    all.acceleration = o->acceleration + (o->spin_up + turning * turning) * i->far +
+                       2.0 * turning * i->speed + i->acceleration;
+    all.spin_up = o->spin_up + i->spin_up + (parallel ? 0.0 : turning * i->turning);
+    if (turning == 0.0 || i->turning == 0.0 || parallel)
+        all.axis = turning == 0.0 ? i->axis : o->axis;
+    return all;
 }
 
 struct mill_motion_bounds mill_motion_bounds(const struct mill_motion *motion, vec3 point)
@@ -159,12 +152,10 @@ static bool repeats(const struct mill_motion *motion, double time)
 struct mill_motion_cycle mill_motion_cycle(struct mill_motion *const *motion, int count)
 {
     struct mill_motion_cycle cycle = {INFINITY, 0.0, 0};
-    for (int k = 0; k < count; k++) {
-        for (const struct mill_motion *m = motion[k]; m; m = m->on) {
-            const double period = m->period;
-            cycle.single = period < (double)INFINITY ? fmax(cycle.single, period) : cycle.single;
-        }
-    }
+    for (int k = 0; k < count; k++)
+        for (const struct mill_motion *m = motion[k]; m; m = m->on)
+            if (m->period < (double)INFINITY)
+                cycle.single = fmax(cycle.single, m->period);
     if (cycle.single <= 0.0)
         return cycle;
     for (int many = 1; many <= MOST_PERIODS && cycle.singles == 0; many++) {

@@ -51,12 +51,9 @@ static bool make(struct making *m, const struct mill_setup_surface *s,
     if (!body)
         return false;
     struct mill_shape *shape = m->shape[m->count++] = &body->convex.base;
-    *shape = (struct mill_shape){.type = type,
-                                 .solid = solid,
-                                 .wall = wall,
-                                 .motion = s->motion == MILL_STILL ? NULL : m->motion[s->motion],
-                                 .kind = end ? s->ends : s->kind,
-                                 .number = end ? wall - 1 : s->number};
+    *shape = (struct mill_shape){type, solid, wall, .kind = end ? s->ends : s->kind};
+    shape->motion = s->motion == MILL_STILL ? NULL : m->motion[s->motion];
+    shape->number = end ? wall - 1 : s->number;
     body->is = *s->body;
     const bool good = mill_body_create(body, m->places);
     /* A body that moves with the container, or that only turns about its own axis, cannot press a

@@ -29,12 +29,9 @@ static struct mill_motion *create(const void *form)
     swing->is = *(const struct mill_swing *)form;
     assert(vec3_norm(swing->is.axis) > 0.0);
     swing->is.axis = vec3_scale(swing->is.axis, 1.0 / vec3_norm(swing->is.axis));
-    swing->base = (struct mill_motion){
-        .type = &mill_swing_type,
-        .period = swing->is.amplitude != 0.0 ? 1.0 / swing->is.frequency : (double)INFINITY,
-        .axial = true,
-        .through = swing->is.centre,
-        .axis = swing->is.axis};
+    swing->base = (struct mill_motion){&mill_swing_type, .axial = true, .through = swing->is.centre,
+                                       .axis = swing->is.axis};
+    swing->base.period = swing->is.amplitude != 0.0 ? 1.0 / swing->is.frequency : (double)INFINITY;
     swing->start = swing->phase = mill_phase_turns(swing->is.phase / (2.0 * MILL_PI), 0.0, 0.0);
     return &swing->base;
 }
@@ -47,7 +44,7 @@ static struct mill_pose pose(const struct mill_motion *motion, double t)
         mill_elementary_heading(2.0 * MILL_PI * (swing->phase + is->frequency * t));
     const struct mill_heading at = mill_elementary_heading(is->amplitude * wave.sin);
     const double speed = 2.0 * MILL_PI * is->frequency * is->amplitude * wave.cos;
-    const vec3 e = is->axis, w = vec3_scale(e, speed), back = vec3_scale(is->centre, -1.0);
+    const vec3 e = is->axis, w = vec3_scale(e, speed);
     const double c = 1.0 - at.cos, s = at.sin;
     struct mill_pose pose = {
         .x = {at.cos + c * e.x * e.x, s * e.z + c * e.x * e.y, c * e.x * e.z - s * e.y},
@@ -55,7 +52,7 @@ static struct mill_pose pose(const struct mill_motion *motion, double t)
         .z = {s * e.y + c * e.x * e.z, c * e.y * e.z - s * e.x, at.cos + c * e.z * e.z},
         .angular_velocity = w,
     };
-    const vec3 origin = mill_pose_turn_out(&pose, back);
+    const vec3 origin = mill_pose_turn_out(&pose, vec3_scale(is->centre, -1.0));
     pose.place = vec3_add(is->centre, origin);
     pose.velocity = vec3_cross(w, origin);
     return pose;
@@ -69,16 +66,9 @@ static struct mill_motion_bounds bounds(const struct mill_motion *motion, vec3 p
     const vec3 out = vec3_sub(point, is->centre);
     const double reach = vec3_norm(vec3_axpy(out, -vec3_dot(out, is->axis), is->axis));
     const double omega = 2.0 * MILL_PI * is->frequency, swing = fabs(is->amplitude);
-    const double turning = omega * swing, spin_up = omega * turning;
-    return (struct mill_motion_bounds){
-        .home = point,
-        .far = reach * fmin(swing, 2.0),
-        .speed = turning * reach,
-        .acceleration = reach * fmax(spin_up, turning * turning),
-        .turning = turning,
-        .spin_up = spin_up,
-        .axis = is->axis,
-    };
+    const double turning = omega * swing, spin_up = omega * turning, speed = turning * reach;
+    const double far = reach * fmin(swing, 2.0), most = reach * fmax(spin_up, turning * turning);
+    return (struct mill_motion_bounds){point, far, speed, most, turning, spin_up, is->axis};
 }
 
 static void restart(struct mill_motion *motion, double base, double by)

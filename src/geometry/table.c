@@ -214,14 +214,9 @@ static struct mill_pose pose_at(const struct table *table, double time)
         turned[k] = vec3_axpy(vec3_axpy(direction[k], of[0], once), of[1], twice);
     }
     const vec3 once = vec3_cross(r, rate), twice = vec3_cross(r, once);
-    return (struct mill_pose){
-        .place = {x[0], x[1], x[2]},
-        .x = turned[0],
-        .y = turned[1],
-        .z = turned[2],
-        .velocity = {v[0], v[1], v[2]},
-        .angular_velocity = vec3_axpy(vec3_axpy(rate, of[1], once), of[2], twice),
-    };
+    const vec3 turning = vec3_axpy(vec3_axpy(rate, of[1], once), of[2], twice);
+    return (struct mill_pose){{x[0], x[1], x[2]}, turned[0],          turned[1],
+                              turned[2],          {v[0], v[1], v[2]}, .angular_velocity = turning};
 }
 
 static struct mill_pose pose(const struct mill_motion *motion, double t)
@@ -249,15 +244,10 @@ static struct mill_motion_bounds bounds(const struct mill_motion *motion, vec3 p
         const struct mill_pose at = pose_at(table, table->piece[k].t);
         far = fmax(far, vec3_norm(vec3_sub(mill_pose_out(&at, point), home)));
     }
-    return (struct mill_motion_bounds){
-        .home = home,
-        .far = far + 0.5 * between * speed,
-        .speed = speed,
-        .acceleration =
-            table->acceleration + (table->spin_up + table->turning * table->turning) * reach,
-        .turning = table->turning,
-        .spin_up = table->spin_up,
-    };
+    const double turning = table->turning, centripetal = table->spin_up + turning * turning;
+    return (struct mill_motion_bounds){home,    far + 0.5 * between * speed,
+                                       speed,   table->acceleration + centripetal * reach,
+                                       turning, .spin_up = table->spin_up};
 }
 
 static void restart(struct mill_motion *motion, double base, double by)

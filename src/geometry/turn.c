@@ -33,11 +33,9 @@ static struct mill_motion *create(const void *form)
         return NULL;
     assert(vec3_norm(asked->axis) > 0.0);
     const vec3 axis = vec3_scale(asked->axis, 1.0 / vec3_norm(asked->axis));
-    turn->base = (struct mill_motion){.type = &mill_turn_type,
-                                      .period = 2.0 * MILL_PI / fabs(asked->speed),
-                                      .axial = true,
-                                      .through = asked->centre,
+    turn->base = (struct mill_motion){&mill_turn_type, .axial = true, .through = asked->centre,
                                       .axis = axis};
+    turn->base.period = 2.0 * MILL_PI / fabs(asked->speed);
     turn->is = *asked;
     turn->is.axis = axis;
     turn->about_x = vec3_norm(asked->centre) == 0.0 && axis.x == 1.0;
@@ -65,12 +63,10 @@ static struct mill_pose pose(const struct mill_motion *motion, double t)
                                   .z = {0.0, -at.sin, at.cos},
                                   .angular_velocity = {turn->is.speed, 0.0, 0.0},
                                   .about_x = true};
-    struct mill_pose pose = {
-        .x = axis_at(turn, 0, at),
-        .y = axis_at(turn, 1, at),
-        .z = axis_at(turn, 2, at),
-        .angular_velocity = vec3_scale(turn->is.axis, turn->is.speed),
-    };
+    struct mill_pose pose = {.angular_velocity = vec3_scale(turn->is.axis, turn->is.speed)};
+    pose.x = axis_at(turn, 0, at);
+    pose.y = axis_at(turn, 1, at);
+    pose.z = axis_at(turn, 2, at);
     const vec3 origin = mill_pose_turn_out(&pose, vec3_scale(turn->is.centre, -1.0));
     pose.place = vec3_add(turn->is.centre, origin);
     pose.velocity = vec3_cross(pose.angular_velocity, origin);
@@ -93,15 +89,9 @@ static struct mill_motion_bounds bounds(const struct mill_motion *motion, vec3 p
     const struct mill_turn *is = &((const struct turn *)motion)->is;
     const vec3 out = vec3_sub(point, is->centre);
     const vec3 home = vec3_axpy(is->centre, vec3_dot(out, is->axis), is->axis);
-    const double far = vec3_norm(vec3_sub(point, home)), speed = fabs(is->speed);
-    return (struct mill_motion_bounds){
-        .home = home,
-        .far = far,
-        .speed = speed * far,
-        .acceleration = speed * speed * far,
-        .turning = speed,
-        .axis = is->axis,
-    };
+    const double far = vec3_norm(vec3_sub(point, home)), turning = fabs(is->speed);
+    const double speed = turning * far, acceleration = turning * turning * far;
+    return (struct mill_motion_bounds){home, far, speed, acceleration, turning, 0.0, is->axis};
 }
 
 /* For a rotor the angle is added up from restart to restart, so that runs give the same bits as in
