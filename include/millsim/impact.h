@@ -25,8 +25,7 @@ struct mill_fall {
     double loss; /* mill_impact_loss of a single point; 0: it is computed when needed */
 };
 
-/* The restitution at this normal speed [m/s]; at a negative one that of speed 0. fall->points > 0
- */
+/* The restitution at a normal speed [m/s]; at a negative one that of speed 0. fall->points > 0 */
 double mill_impact_restitution(const struct mill_fall *fall, double normal_speed);
 
 /* By how much viscoelastic spheres with this restitution are damped */
@@ -43,10 +42,9 @@ struct mill_rebound {
 };
 
 /* Computes one impact. n: unit normal from body 1 to body 2. slip: velocity of the surface of body
- * 1 relative to the surface of body 2 at the contact [m/s], with the spins. reduced_mass: m1 m2/(m1
- * + m2), or the mass of the ball at a wall [kg]. rebound_floor [m/s]: minimum normal speed after
- * the impact. Both bodies are uniform spheres or immovable. With law->friction = 0 there is no
- * tangential impulse. */
+ * 1 relative to that of body 2 at the contact [m/s]. reduced_mass: m1 m2/(m1 + m2), or the mass of
+ * the ball at a wall [kg]. rebound_floor [m/s]: minimum normal speed after the impact. Bodies are
+ * uniform spheres or immovable. Without friction there is no tangential impulse. */
 struct mill_rebound mill_impact_resolve(const struct mill_law *law, double rebound_floor,
                                         double reduced_mass, vec3 n, vec3 slip);
 
@@ -58,8 +56,7 @@ struct mill_rebound mill_impact_resolve(const struct mill_law *law, double rebou
 #define MILL_IMPACT_SLOW 0.1 /* [m/s] the speed in a dense bed */
 double mill_impact_duration(double reduced_mass, double reduced_radius, double normal_speed);
 
-/* [N] The force that presses a steel sphere into a wall of steel by this depth [m]: 4/3 E r^(1/2)
- * d^(3/2). */
+/* [N] The force that presses a steel sphere into steel by this depth [m]: 4/3 E r^(1/2) d^(3/2) */
 double mill_impact_force(double radius, double depth);
 
 #endif

@@ -26,8 +26,7 @@ struct mill_kinds {
 /* Sets only the first MILL_KINDS kinds. */
 void mill_kinds_init(struct mill_kinds *kinds);
 
-/* Adds the kind of the body with this name and returns its number. The caller makes sure that there
- * is room. */
+/* Adds the kind of the body with this name, for which there must be room; returns its number. */
 int mill_kinds_add(struct mill_kinds *kinds, const char *body);
 
 #endif

@@ -20,13 +20,11 @@ enum { MILL_LINING_WAVES = 4, MILL_LINING_MOST = 500 };
 struct mill_lining {
     int form;
     double radius; /* [m] of the plate between lifters; mean of a wavy chamber or a free line */
-    long count;    /* of buckles, of lifters, of equal parts of a free line; at most
-                      MILL_LINING_MOST */
+    long count;    /* of buckles, lifters, equal parts of a free line; at most MILL_LINING_MOST */
     double angle;  /* [rad] of one outermost point, of the middle of a lifter, of the first wave */
-    double
-        height; /* [m] of buckles: half of the whole; of lifters: above the plate at their middle */
-    double second;      /* [m] height of every other lifter */
-    double width;       /* [m] of a lifter at its top */
+    double height; /* [m] half of the whole of buckles; of lifters: above the plate in the middle */
+    double second; /* [m] height of every other lifter */
+    double width;  /* [m] of a lifter at its top */
     double front, back; /* [rad] of its faces towards larger and smaller angles, from the radius */
     double rounding;    /* [m] of its edges */
     /* [m] The free line is at radius + sum over k of wave[k-1] cos(k a) + lean[k-1] sin(k a), where
@@ -42,11 +40,10 @@ size_t mill_lining_most(const struct mill_lining *is);
 size_t mill_lining_corners(const struct mill_lining *is, struct mill_corner *corner);
 
 /* The cross-section of the wavy drum (Reichardt & Wiechert 2007, figure 6): 2n circular arcs of one
- * radius that curve alternately outwards and inwards and are tangent where they meet.
- * Outer arcs (curved away from the axis) have their centres at distance `outer` from the axis, in
- * the directions angle + 2 pi k / n. Inner arcs have theirs at distance `inner`, half a pitch
- * further. An arc ends where the line from its centre to the centre of the next arc crosses it, in
- * the middle between the two. */
+ * radius that curve alternately outwards and inwards and are tangent where they meet. Outer arcs
+ * (curved away from the axis) have their centres at distance `outer` from the axis, in the
+ * directions angle + 2 pi k / n. Inner arcs have theirs at distance `inner`, half a pitch further.
+ * An arc ends where the line from its centre to the centre of the next arc crosses it. */
 struct mill_profile {
     int buckles;   /* n: there are n outer and n inner arcs */
     double radius; /* [m] mean of the extreme radii */
@@ -60,8 +57,7 @@ struct mill_profile {
 
 /* buckles >= 2, 0 <= height < radius. For height 0 the profile is a circle, made of n arcs around
  * the axis. With q = 1 - cos(pi/n), u is the larger root of q u^2 + 4 h u + 2 h^2 - q R^2 = 0; then
- * arc = u + h, outer = R - u, inner = R + u (docs/physics.md). For h > R sin(pi/2n), u is negative
- * and the arcs overhang. */
+ * arc = u + h, outer = R - u, inner = R + u (docs/physics.md). u < 0: the arcs overhang. */
 struct mill_profile mill_lining_profile(int buckles, double radius, double height, double angle);
 
 /* The middle of the side from a to b; the bulge of a becomes that of both halves. */

@@ -32,8 +32,7 @@ struct mill_motion_type {
     struct mill_pose (*pose)(const struct mill_motion *, double t);
     struct mill_motion_bounds (*bounds)(const struct mill_motion *, vec3 point);
     /* Local time is reset: local time 0 is now the simulated time `base` [s], which is `by` [s]
-     * later than before. Phases are computed again from the base, so that they stay exact in a run
-     * of any length. */
+     * later than before. Phases are computed from the base, exact in a run of any length. */
     void (*restart)(struct mill_motion *, double base, double by);
     /* Converts a point and its velocity from this frame to the carrier's frame. The result equals
      * that of the pose, with fewer operations. NULL: the pose is used. */
@@ -84,19 +83,16 @@ extern const struct mill_motion_type mill_table_type;
 /* The pose in the laboratory at local time t [s]; motion NULL: the pose of what does not move. */
 struct mill_pose mill_motion_pose(const struct mill_motion *motion, double t);
 
-/* [m] The place in the laboratory of a point of the motion's frame, and its velocity [m/s], both
- * from that pose */
+/* [m] The place in the laboratory of a point of the motion's frame; its velocity [m/s] */
 vec3 mill_motion_point(const struct mill_motion *motion, double t, vec3 point, vec3 *velocity);
 
-/* Bounds, valid at all times, for a point of the motion's frame; home and axis are in the
- * laboratory. */
+/* Bounds, valid at all times, for a point of the motion's frame; of the laboratory */
 struct mill_motion_bounds mill_motion_bounds(const struct mill_motion *motion, vec3 point);
 
 /* [m] A place of the laboratory in the motion's frame, at local time t; motion NULL: the same */
 vec3 mill_motion_in(const struct mill_motion *motion, double t, vec3 place);
 
-/* Where balls may be: the part of a box of the laboratory that is inside a cylinder about the
- * laboratory's x axis */
+/* Where balls may be: the part of a box that is inside a cylinder about the laboratory's x axis */
 struct mill_reach {
     vec3 lo, hi;   /* [m] */
     double radius; /* [m] INFINITY: the whole box */
@@ -114,8 +110,7 @@ double mill_motion_fastest(const struct mill_motion *motion, const struct mill_r
 bool mill_motion_keeps(const struct mill_motion *motion, vec3 direction);
 
 /* The innermost motion of the chain of carriers that moves the point. The motions further in all
- * turn about the point, and it has the same coordinates in their frames. NULL: the point does not
- * move. */
+ * turn about the point, which has the same coordinates there. NULL: none */
 const struct mill_motion *mill_motion_that_moves(const struct mill_motion *motion, vec3 point);
 
 /* The shortest time after which all motions repeat, to a relative accuracy of 1e-9 */

@@ -9,13 +9,11 @@
 struct mill_impact {
     double time;           /* [s] simulated */
     int kind;              /* of the world's */
-    int32_t ball, partner; /* the other ball (> ball), or the number of the blade, end wall or copy
-                              of a body; else -1 */
+    int32_t ball, partner; /* the other ball (> ball), the number of blade, end wall, copy; or -1 */
     int16_t species, partner_species; /* of the ball; of the other ball, or -1 */
     vec3 position;                    /* [m] of the contact */
     vec3 normal, impulse;             /* unit, into the ball `ball`; [N s] given to this ball */
-    /* [m/s] velocity of the ball's surface relative to the partner's surface, just before, in the
-     * plane of contact */
+    /* [m/s] velocity of the ball's surface relative to the partner's, just before, in the plane */
     vec3 slip;
     double normal_speed, tangential_speed;  /* [m/s] just before */
     double dissipation, dissipation_normal; /* [J] */

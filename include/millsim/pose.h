@@ -58,8 +58,7 @@ static inline struct mill_pose mill_pose_relative(const struct mill_pose *a,
                               .z = mill_pose_turn_in(b, a->z)};
 }
 
-/* [m/s] Velocity in the laboratory of the point of the body that is at this place of the
- * laboratory */
+/* [m/s] Velocity of the point of the body that is at this place, both in the laboratory */
 static inline vec3 mill_pose_velocity(const struct mill_pose *pose, vec3 point)
 {
     const vec3 w = pose->angular_velocity;

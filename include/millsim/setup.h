@@ -33,11 +33,9 @@ struct mill_setup_drum {
     double radius, length;            /* [m] inner dimensions; of a contour no radius */
     size_t corners;                   /* of the contour that is its wall; 0: a circle */
     const struct mill_corner *corner; /* its x and y are y and z of the frame */
-    /* 1 + the number of the motion that moves the drum, whose x axis is then the drum's axis; 0:
-     * the drum does not move */
+    /* 1 + the number of the drum's motion, whose x axis is the drum's axis; 0: it stands still */
     int rides;
-    /* 1: it has no end walls: it is a slice of a long mill. Balls that leave it at one end enter it
-     * at the other end. */
+    /* 1: a slice without end walls, which balls leave at one end and enter at the other end */
     int periodic;
 };
 
@@ -136,15 +134,12 @@ struct mill_setup {
     struct mill_law law[MILL_KINDS_MOST];   /* for each kind of contact; zeros: no rebound */
     struct mill_fall fall[MILL_KINDS_MOST]; /* with points: in place of the law's restitution */
     /* [m/s] minimum normal speed after any contact; NAN: it follows from accelerations and depth of
-     * the charge. With 0, inelastic balls at rest can have
-     * infinitely many contacts in a finite time; then the run fails. */
+     * the charge. With 0, a run may fail: infinitely many contacts in a finite time */
     double rebound_floor;
-    /* [J] impacts of this energy and more are asked for: a floor that follows from the mill is low
-     * enough for them; 0: none */
+    /* [J] a floor that follows from the mill is low enough for impacts of this energy; 0: none */
     double asked;
     struct mill_soft_setup soft; /* zeros: the spheres are hard */
-    /* [s] Motions without a common period are checked for clashes of their bodies during this time;
-     * 0: 1 s */
+    /* [s] Bodies on motions without a common period are checked for clashes this long; 0: 1 s */
     double horizon;
 };
 
@@ -156,12 +151,10 @@ enum mill_fault_code {
     MILL_FAULT_SPEED,         /* `ball` starts faster than light */
     MILL_FAULT_BALL_IN_SHAPE, /* `ball` overlaps a surface of `kind` by `amount` [m] */
     MILL_FAULT_BALL_IN_BALL,  /* `ball` overlaps ball `other` by `amount` [m] */
-    /* the balls do not fit: they would fill the fraction `amount` of the free volume; `fits`: how
-     * many would fit */
+    /* the balls would fill the fraction `amount` of the free volume; `fits`: how many would fit */
     MILL_FAULT_NO_ROOM,
     MILL_FAULT_CONTAINER, /* no container, or more than one */
-    /* surface `other` leaves the container at `when` [s]; `amount` [m]: how far it is outside, if
-     * it is outside at `when` */
+    /* surface `other` leaves the container at `when` [s]; `amount` [m]: how far outside it is */
     MILL_FAULT_OUTSIDE,
     MILL_FAULT_CLASH, /* surfaces `ball` and `other`, of different motions, meet at `when` */
     /* of a periodic drum: */
@@ -187,8 +180,8 @@ struct mill_passing {
 struct mill_fault {
     enum mill_fault_code code;
     /* If nothing is wrong: */
-    struct mill_passing narrowest[MILL_FAULT_PASSINGS]; /* of each two kinds, the narrowest first;
-                                                           gap INFINITY: there are no more */
+    /* of each two kinds, the narrowest first; gap INFINITY: there are no more */
+    struct mill_passing narrowest[MILL_FAULT_PASSINGS];
     struct mill_passing unchecked; /* not checked from `when` on; INFINITY: fully checked */
     int32_t ball, other;
     int kind;

@@ -30,14 +30,12 @@ int mill_sim_threads(const struct mill_sim *sim);
  * exactly then are taken, MILL_OK); `budget` events are done, or a few more on several threads
  * (MILL_OK; mill_sim_time gives the time reached); *stop, if stop is not NULL, becomes non-zero
  * (MILL_STOPPED); an observer has gathered enough (MILL_ENDED) or fails; infinitely many contacts
- * would happen in a finite time (MILL_FAILED). The times at which a caller pauses the run do not
- * influence it. */
+ * would happen in a finite time (MILL_FAILED). Pauses do not influence a run. */
 enum mill_status mill_sim_run(struct mill_sim *sim, double until, uint64_t budget,
                               const volatile sig_atomic_t *stop, struct mill_error *error);
 
-/* Checks every ball now for overlaps with its neighbours and all surfaces. The deepest overlap and
- * the number of overlaps beyond 1e-9 m are added to the world's counts. The loop calls it 16 times
- * per simulated second. */
+/* Checks every ball now for overlaps with balls and surfaces. The deepest one and the number of
+ * those beyond 1e-9 m are added to the world's counts. The loop calls it 16 times a second. */
 void mill_sim_audit(struct mill_sim *sim);
 
 /* Saves or loads the state of sim and world: all data that the next event depends on. To load, use

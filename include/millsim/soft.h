@@ -18,8 +18,7 @@ struct mill_soft_setup {
 struct mill_soft_facts {
     double step;       /* [s] */
     double duration;   /* [s] of the shortest contact */
-    double speed;      /* [m/s] of the fastest surface, at which a linear spring is as stiff as
-                          Hertz' law */
+    double speed;      /* [m/s] of the fastest surface: here linear springs equal Hertz' law */
     double force;      /* [N] greatest of all contacts so far */
     uint64_t steps;    /* so far */
     uint64_t contacts; /* begun so far */

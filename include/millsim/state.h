@@ -1,7 +1,6 @@
 /* The state of a run as named fields, which are saved or loaded one after another. A run that was
  * interrupted can load them and continue with the same bits. One function names the fields for
- * saving and for loading, so that the two cannot differ. Only the same build of the program can
- * load a state. */
+ * saving and for loading, so that the two cannot differ. Only the same build can load it. */
 #ifndef MILLSIM_STATE_H
 #define MILLSIM_STATE_H
 
@@ -14,8 +13,7 @@
 enum mill_field { MILL_FIELD_F64, MILL_FIELD_I32, MILL_FIELD_WORD /* 8 bytes of a struct */ };
 
 struct mill_state {
-    /* Saves `count` > 0 elements, or fills them with those saved under this name. After a failure,
-     * status and error are set. */
+    /* Saves `count` > 0 elements, or fills them with those of this name. Sets status and error. */
     void (*field)(struct mill_state *state, const char *name, enum mill_field type, size_t count,
                   void *at);
     bool loads;              /* true: fields are loaded; false: they are saved */

@@ -1,5 +1,4 @@
-/* Vectors of three coordinates, inline because the most frequent loops use them. Frame: x along the
- * drum's axis. */
+/* Vectors, inline because the most frequent loops use them. Frame: x along the drum's axis */
 #ifndef MILLSIM_VEC3_H
 #define MILLSIM_VEC3_H
 
@@ -11,8 +10,7 @@ typedef struct {
     double x, y, z;
 } vec3;
 
-/* The C library's fmin and fmax are function calls because they handle NaN. These are one
- * instruction each. */
+/* fmin and fmax of the C library handle NaN and are calls; these are one instruction each. */
 static inline double mill_least(double a, double b)
 {
     return a < b ? a : b;

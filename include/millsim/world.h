@@ -1,5 +1,4 @@
-/* The state of the mill between two events, with its account. Observers get a const pointer to
- * it. */
+/* The state of the mill between two events, with its account. Observers get it as const. */
 #ifndef MILLSIM_WORLD_H
 #define MILLSIM_WORLD_H
 
@@ -46,8 +45,8 @@ extern const double mill_world_fast[MILL_WORLD_FAST];
 enum { MILL_MOTIONS_MOST = 16 }; /* in one mill */
 
 /* Sums since t = 0, the counts last. Work = change of energy + dissipation + elastic energy. A
- * motion's own work is the work of the velocity that this motion alone adds, at the contacts of all
- * bodies that it moves. */
+ * motion's own work is that of the velocity that it alone adds, at contacts of all bodies that it
+ * moves. */
 struct mill_account {
     double work;        /* [J] done on the balls by all motions */
     double work_gross;  /* [J] sum of |work| of the single impacts */
@@ -100,8 +99,7 @@ struct mill_shape;
 enum { MILL_MOTION_NAME = 64 };
 
 /* What holds the balls. The origin of its frame is its centre, and x is its axis. For a drum this
- * is the drum's frame. For a body, x of the frame is the body's own z axis, and y and z of the
- * frame are its x and y axes. */
+ * is the drum's frame. For a body, x, y and z of the frame are its own z, x and y axes. */
 struct mill_container {
     const struct mill_motion *motion; /* the motion that moves it; NULL: none */
     /* The charge is steady in the frame of this motion: that of `motion`, or of its carrier, if the
@@ -165,15 +163,14 @@ static inline double mill_world_radius(const struct mill_world *w, int32_t i)
     return mill_world_species(w, i)->radius;
 }
 
-/* [m] A coordinate along x, or the difference of two; in a periodic mill, its image nearest to 0 */
+/* [m] A coordinate along x, or a difference; in a periodic mill, of the image nearest to 0 */
 static inline double mill_world_image(const struct mill_world *world, double x)
 {
     const double period = world->container.period;
     return period > 0.0 && fabs(x) > 0.5 * period ? x - copysign(period, x) : x;
 }
 
-/* [s] length of an epoch: local time restarts after it. A power of two, so that sums of epochs are
- * exact. */
+/* [s] length of an epoch, after which local time restarts: a power of two, for exact sums */
 #define MILL_WORLD_EPOCH 0.0625
 
 /* Begins a new epoch at local time MILL_WORLD_EPOCH: sets base and the motions to the new local
@@ -204,8 +201,7 @@ struct mill_energy mill_world_energy(const struct mill_world *world, double t);
 struct mill_pose mill_world_frame(const struct mill_world *world, double t);
 struct mill_pose mill_world_steady_frame(const struct mill_world *world, double t);
 
-/* [J] error: |work - change of energy - dissipation|; turnover: the energy turned over; both until
- * local time t. */
+/* [J] until local time t: |work - change of energy - dissipation|, and the energy turned over */
 void mill_world_balance(const struct mill_world *world, double t, double *error, double *turnover);
 
 #endif

@@ -183,8 +183,7 @@ struct mill_deck {
  * memory). `warn` (may be NULL) is called for each warning, with one line. If the deck has several
  * faults, `fault` is called for each of them but the last, which is in `error`, in the order of the
  * lines; with more than 20 faults, `error` says how many more there are. NULL for `fault`: `error`
- * is the first one. watch (may be NULL) hears of the progress of checking meshes. Owner: the
- * caller. */
+ * is the first one. watch (may be NULL) hears of the progress. Owner: the caller. */
 enum mill_status mill_deck_read(const char *path, int count, const char *const *overrides,
                                 void (*warn)(const char *line), void (*fault)(const char *line),
                                 const struct mill_start_watch *watch, struct mill_deck **deck,
@@ -204,8 +203,7 @@ void mill_deck_each(const struct mill_deck *deck, mill_deck_entry_fn *entry, voi
 /* Prints a line for each of `count` values "SECTION.KEY=VALUE". It has six columns with tabs
  * between them: key, kind (number, whole, choice, vector or file), value in SI that reads back to
  * the same bits, SI unit ("1": a plain number), meaning of the key, and the words of a choice
- * ("circle|wavy"). Each value is checked alone, not against the others. Stops at the first wrong
- * value with MILL_BAD_DECK. */
+ * ("circle|wavy"). Each value is checked alone. Stops at the first wrong one: MILL_BAD_DECK. */
 enum mill_status mill_deck_tell(int count, const char *const *values, FILE *out,
                                 struct mill_error *error);
 

@@ -128,8 +128,7 @@ vec3 mill_deck_bodies_size(const struct mill_body *mesh)
     return vec3_sub(hi, lo);
 }
 
-/* Reads the mesh of a body, which is placed already; leaves of its facets those that balls can
- * meet. */
+/* Reads the mesh of a placed body; leaves of its facets those that balls can meet. */
 static bool read_mesh(struct mill_deck *deck, const struct mill_deck_section *section,
                       struct mill_body *is)
 {
@@ -281,8 +280,7 @@ void mill_deck_bodies_list(struct mill_deck *deck)
         deck->mill.container ? deck->mill.container->motion : deck->setup.drum.rides - 1;
 }
 
-/* Equal blades: number k = 0.. has its centre at x = -L/2 + (k + 1/2) L/count and points at the
- * angle k angle_step. */
+/* Equal blades: number k = 0.. is at x = -L/2 + (k + 1/2) L/count, at the angle k angle_step. */
 void mill_deck_bodies_parts(struct mill_deck *deck)
 {
     const struct mill_setup_surface shaft = {

@@ -99,9 +99,8 @@ static double room_of(const struct mill_deck *deck)
     return mill_setup_drum_solid(drum)->volume(&body) - MILL_PI * shaft * shaft * drum->length;
 }
 
-/* [m] diameter of the widest ball that fits between the walls of a container and has its centre on
- * the container's axis; INFINITY: it has no walls. The gap to the nearest wall is concave along the
- * axis. */
+/* [m] diameter of the widest ball on the axis of a container that fits between its walls; INFINITY:
+ * it has none. The gap to the nearest wall is concave along the axis. */
 static double width_of(const struct mill_setup_surface *container)
 {
     const struct mill_hull hull = mill_solid_hull(container->solid, container->body);
@@ -162,8 +161,7 @@ void mill_deck_checks_parts(struct mill_deck *deck)
                         deck->setup.surface[hidden].body->size.y);
 }
 
-/* Does a ball of this kind fit into the container? One that fits exactly cannot move: it would hit
- * both sides again and again. */
+/* Does a ball of this kind fit in? One that fits exactly would hit both sides again and again. */
 static bool check_size(const struct mill_deck *deck, const struct mill_deck_balls *balls)
 {
     const struct mill_setup_surface *container = deck->mill.container;

@@ -1,7 +1,6 @@
 /* What is wrong with a deck: its messages, with the line that is at fault. While a deck is read
- * they are kept, so that the user gets all of them at once, in the order of the lines. A section
- * with a fault is marked, and checks that need its values are left out: their faults would only
- * follow from the first one. */
+ * they are kept, so that the user gets all of them at once, in the order of the lines. Checks that
+ * need the values of a section with a fault are left out: theirs would only follow from it. */
 #include "deck/deck_private.h"
 
 #include <limits.h>

@@ -202,8 +202,7 @@ struct search {
     char remark[MILL_DECK_REMARK]; /* of what pair it is; "": there is none yet */
 };
 
-/* Adds the laws of all kinds of balls with a partner of this material, which `section` gives. They
- * must not differ. */
+/* Adds the laws of all kinds of balls with a material, given in `section`. They must not differ. */
 static bool add_pairs(struct search *by, const char *section, const char *material)
 {
     const struct mill_deck *deck = by->deck;
@@ -236,8 +235,7 @@ static bool add_pairs(struct search *by, const char *section, const char *materi
     return true;
 }
 
-/* The material of body k, or with k = -1 of drum, walls, shaft and blades, and the section that
- * gives it. NULL: not given */
+/* The material of body k (-1: drum, walls, shaft and blades), and its section. NULL: not given */
 static const char *material_of(const struct mill_deck *deck, int kind, int k, const char **section)
 {
     const struct mill_deck_body *own = NULL;
@@ -342,8 +340,7 @@ static bool resolve(const struct mill_deck *deck, int kind, const struct mill_de
     return true;
 }
 
-/* The deck prints laws instead of materials: if some follow from these, there is a [contact.KIND]
- * for each kind of contact. */
+/* The deck prints laws, not materials: if some follow from these, a [contact.KIND] for each */
 static void list_printed(struct mill_deck *deck)
 {
     struct mill_deck_mill *mill = &deck->mill;

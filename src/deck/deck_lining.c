@@ -1,5 +1,4 @@
-/* The contour of the drum, and those of bodies: corners from the keys of a profile or from a file.
- */
+/* The contours of drum and bodies: corners from the keys of a profile or from a file. */
 #include "base/elementary.h"
 #include "deck/deck_private.h"
 #include "geometry/shapes.h"
@@ -51,8 +50,7 @@ bool mill_deck_lining_read(struct mill_deck *deck, const char *section, const ch
     return good && check(deck, section, "file", is->corner, is->corners);
 }
 
-/* [m] The smallest radius with which a contour curves around the balls; *at: where this arc begins
- */
+/* [m] The smallest radius with which a contour curves around balls; *at: where this arc begins */
 static double find_least(const struct mill_corner *corner, size_t n, size_t *at)
 {
     double least = INFINITY;

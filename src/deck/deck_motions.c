@@ -134,8 +134,7 @@ bool mill_deck_motions_find(const struct mill_deck *deck, const char *section, c
                            hint);
 }
 
-/* The remaining motions all wait for their carriers. Following the carriers leads into the circle.
- */
+/* The remaining motions all wait for their carriers. Following these leads into the circle. */
 static bool tell_circle(const struct mill_deck *deck, const struct mill_deck_section *section)
 {
     for (int k = 0; k < MILL_MOTIONS_MOST; k++)

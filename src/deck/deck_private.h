@@ -44,8 +44,7 @@ enum {
     MILL_DECK_MOST_CLASSES = 64
 };
 
-/* A block: keys of one kind of section whose values are in one struct. A section may have several
- * blocks. */
+/* A block: keys of a section with their values in one struct. A section may have several. */
 struct mill_deck_block {
     const char *title; /* "run": of [run], or of the [TITLE.NAME] where `named` */
     bool named;
@@ -59,8 +58,7 @@ struct mill_deck_block {
     const struct mill_solid *solid;
     /* the section may be missing if there is a [SPARED_BY.NAME] */
     const char *spared_by;
-    /* Bit k: the block belongs to sections whose first key, a choice, is word k. 0: it belongs to
-     * all sections. */
+    /* Bit k: it belongs to sections whose first key, a choice, is word k. 0: to all sections */
     unsigned words;
 };
 
@@ -93,8 +91,7 @@ extern const struct mill_deck_synonym {
     const char *of; /* section of the typed keys; "*": any; "": the words are sections */
     /* in lower case, separated by blanks, '_' for '_', '-' or a blank in a key */
     const char *words;
-    const char
-        *here; /* "drum.diameter", "balls.NAME.mass", "drum": a key or a section; NULL: none */
+    const char *here;   /* key or section, "balls.NAME.mass", "drum"; NULL: none */
     const char *remark; /* follows; NULL: nothing */
 } mill_deck_suggest_synonyms[];
 
@@ -158,14 +155,12 @@ struct mill_deck_section {
     int word;   /* its first key, if that is a choice; -1: not known */
 };
 
-/* Reads the file (NULL: none), then the overrides. Checks section titles and keys against
- * the table. Adds the sections that are required but missing after those of the file,
- * without entries. */
+/* Reads the file (NULL: none), then the overrides. Checks section titles and keys. Adds the
+ * sections that are missing at the end, without entries. */
 void mill_deck_parse(struct mill_deck_text *text, const char *path, int count,
                      const char *const *overrides);
 
-/* Adds a section without entries after the others. The caller keeps the title. NULL: reading has
- * failed. */
+/* Adds a section without entries; the caller keeps the title. NULL: reading has failed. */
 struct mill_deck_section *mill_deck_section_add(struct mill_deck_text *text, const char *title);
 
 /* Writes `value` so that a line with it reads back the same, in quotes where necessary. */
@@ -234,8 +229,7 @@ bool mill_deck_files_wrong(const struct mill_deck_rows *rows, long line, const c
 
 /* ---- motions (deck_motions.c) ---- */
 
-/* Sets *motion to the motion of this name, which section [section] gives for `key`. NULL:
- * MILL_STILL */
+/* Sets *motion to the motion of this name (NULL: MILL_STILL), the value of `key` of [section]. */
 bool mill_deck_motions_find(const struct mill_deck *deck, const char *section, const char *key,
                             const char *name, int *motion);
 /* The vector scaled to length 1; exactly 1 along x, y or z */
@@ -304,19 +298,16 @@ void mill_deck_bodies_turn(struct mill_deck *deck);
 /* Tells all blades beyond the drum. */
 void mill_deck_bodies_inside(struct mill_deck *deck);
 
-/* [m] The largest distance of the body's points from the x axis of its motion's frame. -1: out of
- * memory */
+/* [m] The largest distance of the body from the x axis of its motion's frame. -1: out of memory */
 double mill_deck_bodies_reach(const struct mill_solid *solid, const struct mill_body *body);
 /* [m] The sides of the box around a mesh */
 vec3 mill_deck_bodies_size(const struct mill_body *mesh);
 
-/* Something gives the restitution: a number, a table or materials. The law of each kind of contact,
- * and its values of [wear] */
+/* Something gives the restitution. The law of each kind of contact, and its values of [wear] */
 void mill_deck_laws_require(struct mill_deck *deck);
 void mill_deck_laws_list(struct mill_deck *deck);
 
-/* The kinds of balls, each class of sizes as one, with their numbers, and the start file; mass and
- * table of the powder */
+/* The kinds of balls, also of each class of sizes, the start file; mass and table of the powder */
 void mill_deck_balls_list(struct mill_deck *deck);
 void mill_deck_balls_powder(struct mill_deck *deck);
 

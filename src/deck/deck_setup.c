@@ -11,8 +11,7 @@
 
 /* ---- faults ---- */
 
-/* The section of surface k of the setup; -1: the drum. `copy`: which of the body's copies it is, as
- * in "its copy 3 " */
+/* The section of surface k of the setup; -1: the drum. copy: which one it is, "its copy 3 " */
 static const char *find_section(const struct mill_deck *deck, int k, char copy[32])
 {
     const char *title = k < 0 ? "drum" : mill_deck_section_of(deck, k);
@@ -46,8 +45,7 @@ static void tell_no_room(const struct mill_deck *deck, const struct mill_deck_te
                         (long)deck->mill.all, fault->amount, counts);
 }
 
-/* Describes faults of bodies: they run into each other or leave the container, or a drum cannot
- * have periodic ends */
+/* Faults of bodies: they run into each other, leave the container, or touch periodic ends */
 static void tell_bodies(const struct mill_deck *deck, const struct mill_deck_text *text,
                         const struct mill_fault *fault)
 {
@@ -274,8 +272,7 @@ static bool split(struct mill_deck *deck, struct mill_deck_section *s)
 
 /* ---- the balls ---- */
 
-/* Converts what is given instead of the number of balls to that number. volume: [m^3] the free one;
- * < 0: not known yet */
+/* Converts what is given instead of the number of balls. volume: [m^3] free; < 0: not known yet */
 static bool count_balls(const struct mill_deck *deck, struct mill_deck_balls *balls, double *volume)
 {
     const double d = balls->diameter, one = MILL_PI / 6.0 * d * d * d;

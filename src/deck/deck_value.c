@@ -1,8 +1,7 @@
 /* Converts a value between text and SI number. Numbers are decimal, in the C locale. The unit is
  * everything after the number. Printing uses SI units, whose factor is exactly one, and the fewest
- * digits that read back to the same double. mill_deck_tell converts values without a deck, so that
- * programs around millsim (studies, sweeps) need neither their own table of keys nor their own
- * reader of units. */
+ * digits that read back to the same double. mill_deck_tell converts values without a deck: programs
+ * around millsim need no table of keys and no reader of units. */
 #include "deck/deck_private.h"
 
 #include <assert.h>
@@ -256,8 +255,7 @@ static bool read_numbers(struct mill_units **units, const struct mill_key *key, 
     return true;
 }
 
-/* Reads a whole number: digits, and a sign, so that a negative number gives a message about the
- * range. */
+/* Reads a whole number: digits, and a sign, so that the range refuses a negative one. */
 static bool read_whole(const struct mill_key *key, const char *text, long *out,
                        struct mill_error *why)
 {

@@ -1,6 +1,5 @@
-/* Where are the files that come with the program? Beside its executable, because a wheel is
- * installed at a place that nobody knows when it is built. The system names the executable itself,
- * also if a link led to it. */
+/* Where are the files that come with the program? Beside its executable: nobody knows where a wheel
+ * will be installed. The system names it, also if a link led to it. */
 #include "deck/share.h"
 
 #include <stdio.h>
@@ -9,8 +8,7 @@
 
 bool mill_share_find(const char *name, char *path)
 {
-    /* from the folder of the executable: what is installed, and a checkout, with ./millsim and
-     * build/release/millsim */
+    /* from the folder of the executable: installed, ./millsim and build/release/millsim */
     static const char *const places[] = {"../share/millsim", ".", "../.."};
     char self[4096];
     const ssize_t length = readlink("/proc/self/exe", self, sizeof self - 1);

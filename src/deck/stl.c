@@ -1,8 +1,7 @@
 /* Reads the two kinds of STL files (3D Systems, StereoLithography Interface Specification, 1989).
  * Binary: 80 bytes of any content, the number of facets in 4 bytes, then 50 bytes a facet,
- * little-endian. ASCII: words with white space between them. The first word does not distinguish
- * them, because binary files may also begin with "solid". A file is binary if its size agrees with
- * its number of facets. */
+ * little-endian. ASCII: words with white space between them. Binary files may also begin with
+ * "solid": a file is binary if its size agrees with its number of facets. */
 #include "deck/stl.h"
 
 #include "base/memory.h"

@@ -1,6 +1,5 @@
 /* Text files that users name. A device, a socket or a pipe without a writer (a forgotten FIFO)
- * could block the program for ever, so they are refused. The pipe of a shell's `<(...)` is
- * accepted. */
+ * could block the program for ever and is refused. The pipe of a shell's `<(...)` is accepted. */
 #include "deck/textfile.h"
 
 #include <fcntl.h>

@@ -1,8 +1,7 @@
 /* Finds the SI factor of a unit and checks that the unit is of the wanted quantity. UDUNITS-2
  * parses the unit (its grammar and database: https://docs.unidata.ucar.edu/udunits/current/) and
- * converts it. Its own test for convertibility is not strict enough: it treats the radian as 1, so
- * it would accept 16 Hz for 16 rad/s, and 16 s for 1/16 Hz. So the unit must also equal a multiple
- * of the wanted unit. */
+ * converts it. Its own test is not strict enough: the radian is 1 there, so it would accept 16 Hz
+ * for 16 rad/s, and 16 s for 1/16 Hz. So it must equal a multiple of the wanted one. */
 #include "deck/units.h"
 
 #include "deck/share.h"

@@ -6,8 +6,7 @@
 /* Fraction of the size of the mill; larger than rounding errors of a place. */
 #define MARGIN 1e-6
 
-/* [m] Maximum of way . p over all points p of a convex body, seen from the line. way: a unit
- * vector */
+/* [m] Maximum of way . p over all points p of a convex body, seen from the line. way: unit */
 static double reach_of(const struct mill_bodied *b, vec3 way)
 {
     const vec3 own = mill_body_turn_in(&b->is, way);
@@ -123,8 +122,7 @@ bool mill_body_create(struct mill_bodied *b, const struct mill_reach *places)
     return !c->base.type->create || c->base.type->create(&c->base);
 }
 
-/* The maximum distance of points of a box with these half sides from its centre, normal to a
- * direction */
+/* The maximum distance of points of a box from its centre, normal to a direction */
 static double across_of(vec3 half, vec3 axis)
 {
     double across = 0.0;

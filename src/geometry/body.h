@@ -15,8 +15,7 @@ struct mill_bodied {
     vec3 along;         /* unit: direction of the hull's line */
     bool rings;         /* it turns about a line at rest. In this case: */
     vec3 through, axis; /* [m], unit */
-    vec3 towards;  /* unit: the body is within a strip that goes from the line in this direction;
-                      0: it is all around the line */
+    vec3 towards;  /* unit: it is within a strip from the line in this direction; 0: all around */
     double across; /* [m] half of the strip's width */
     double near, beyond;      /* [m] minimum and maximum distance of its points from the line */
     double from, to;          /* [m] along the line */
@@ -65,8 +64,7 @@ MILL_CONVEX_INLINE bool mill_body_is_far(const struct mill_bodied *b, const stru
 }
 
 /* The surface of a convex body, met from outside: `VIEW` gives the distance (mill_convex_view_fn),
- * `IS_FAR` is a quick proof as above, `CREATE` fills what TYPE has in addition to struct
- * mill_bodied. */
+ * `IS_FAR` is a quick proof as above, `CREATE`: of struct mill_shape_type. */
 #define MILL_BODY_SURFACE(TYPE, CREATE, VIEW, IS_FAR)                                              \
     static struct mill_hit next_contact(const struct mill_shape *shape,                            \
                                         const struct mill_flight *f, double radius, double now,    \

@@ -31,8 +31,7 @@ MILL_CONVEX_INLINE struct mill_view view(const struct mill_convex *convex, vec3 
         return (struct mill_view){d - is->rounding,
                                   mill_body_turn_out(is, vec3_scale(out, 1.0 / d))};
     }
-    /* The ball's centre is inside the box, which only happens to a pinched ball. The way out is
-     * through the nearest face. */
+    /* The centre of a pinched ball is inside the box. The way out is through the nearest face. */
     const vec3 deep = {fabs(q.x) - half.x, fabs(q.y) - half.y, fabs(q.z) - half.z};
     const double d = fmax(deep.x, fmax(deep.y, deep.z));
     vec3 n = {0.0, 0.0, sign(q.z)};

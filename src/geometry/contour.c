@@ -13,8 +13,7 @@
 
 /* Sine of the angle between neighbours that are tangent: their normals differ by rounding only */
 #define TANGENT 1e-12
-/* Bulge of the longest arc that curves away from the balls, of 90 degrees, and around them, of 168
- * degrees */
+/* Bulge of the longest arcs: 90 degrees, away from the balls, and 168 degrees, around them */
 #define MOST_BULGE (0.41421356237309515 * (1.0 + 1e-12))
 #define MOST_HOLLOW 0.9
 #define MOST_PARTS 4 /* of one side */

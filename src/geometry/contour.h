@@ -1,6 +1,5 @@
-/* A contour as balls meet it: lines, arcs and corners. Shared by contour.c (its pieces),
- * contour_meet.c (its contacts) and contour_solid.c. All in the body's own x and y, with the balls
- * on the left. */
+/* A contour as balls meet it: lines, arcs and corners. contour.c has its pieces, contour_meet.c its
+ * contacts. All in the body's own x and y, with the balls on the left. */
 #ifndef MILL_CONTOUR_H
 #define MILL_CONTOUR_H
 

@@ -30,8 +30,7 @@ static vec3 turn_out(const struct mill_contour *c, double x, double y, double z)
     return c->plain ? vec3_make(z, x, y) : mill_body_turn_out(&c->body.is, vec3_make(x, y, z));
 }
 
-/* The nearest point of the contour: distance, < 0 in the solid, and the direction from it towards
- * the balls in the own frame */
+/* The nearest point: distance, < 0 in the solid, and the own direction from it to the balls */
 struct nearest {
     double d;
     vec3 n;
@@ -124,8 +123,7 @@ static int places(const struct mill_shape *shape, vec3 centre, double radius,
     return found > 0 ? found : 1;
 }
 
-/* In a corner that points into the solid a ball touches several pieces: finds the one that it
- * closes on fastest. */
+/* In a corner a ball touches several pieces: finds the one that it closes on fastest. */
 static bool beside(const struct mill_shape *shape, vec3 centre, vec3 v, double radius,
                    const struct mill_pose *pose, struct mill_contact *k)
 {

@@ -7,10 +7,9 @@
  * the body's frame (gravity, Coriolis, centrifugal and Euler parts, and the acceleration of the
  * frame's origin). From (d, d') the gap cannot be zero before t = (d' + sqrt(d'^2 + 2 A d)) / A.
  * The search steps to this time and computes again. It never steps past the first contact and
- * converges quadratically to it.
+ * converges to it quadratically.
  *
- * Each kind of body has a function for its distance. The compiler inlines it into the functions
- * below. */
+ * The function of each kind of body for its distance is inlined into the functions below. */
 #ifndef MILLSIM_CONVEX_H
 #define MILLSIM_CONVEX_H
 
@@ -18,8 +17,7 @@
 
 #include <assert.h>
 
-/* [m/s] a closed gap that opens more slowly than this counts as closing; the rebound floor then
- * separates the bodies */
+/* [m/s] a closed gap that opens more slowly counts as closing; the rebound floor then parts them */
 #define MILL_CONVEX_SLOWEST 1e-9
 /* [m] extra gap for searches that have taken too many steps: a ball that glides along the body has
  * a gap of almost zero, and the search would take steps of almost zero */
@@ -27,8 +25,7 @@
 /* [s] maximum length of a search, because the bound of the acceleration grows with it */
 #define MILL_CONVEX_FARTHEST 1.0
 enum {
-    MILL_CONVEX_PATIENCE = 400, /* steps of one search before it uses the extra gap; one or two
-                                   are usual */
+    MILL_CONVEX_PATIENCE = 400, /* usual steps are one or two; then it uses the extra gap */
     MILL_CONVEX_MOST = 4000     /* steps before the search stops; a later event continues it */
 };
 
@@ -45,8 +42,7 @@ struct mill_view {
 struct mill_convex {
     struct mill_shape base;
     vec3 centre; /* [m] of the body, in its motion's frame */
-    /* of the motion, at the centre; without the turning, if the body is a body of revolution about
-     * the axis of the turn */
+    /* of the motion, at the centre; without a turn about an axis of revolution of the body */
     struct mill_motion_bounds bounds;
 };
 
@@ -114,8 +110,7 @@ static inline bool mill_convex_stays_open(const struct mill_convex *c, const str
     return d > MILL_SHAPE_CLOSED && d + h * (d1 - 0.5 * a * h) > MILL_SHAPE_CLOSED;
 }
 
-/* [s] minimum time until the gap can be zero, for a gap d (> 0, or almost) with rate d1 and maximum
- * acceleration a */
+/* [s] minimum time until a gap d (> 0, or almost) with rate d1 and acceleration <= a can be zero */
 static inline double mill_convex_step(double d, double d1, double a, bool glides)
 {
     if (d <= 0.0 && !glides)
@@ -160,8 +155,7 @@ static inline struct mill_hit mill_convex_get_out(double out, double a, double l
     return t < left ? (struct mill_hit){MILL_HIT_ASK_AGAIN, t} : mill_hit_at(INFINITY);
 }
 
-/* next_contact of struct mill_shape_type. After a contact that was computed now, the gap opens, so
- * the steps lead away from it. */
+/* next_contact of struct mill_shape_type. After a contact now the gap opens: steps lead away. */
 MILL_CONVEX_INLINE struct mill_hit mill_convex_search(const struct mill_convex *c,
                                                       mill_convex_view_fn *view,
                                                       const struct mill_flight *f, double radius,

@@ -44,8 +44,7 @@ static inline size_t mill_facets_sharing(const struct mill_facets_joints *j, siz
 
 /* ---- tree ---- */
 
-/* A box around facets. Nodes are stored in the order of a walk: the first child follows its
- * parent. */
+/* A box around facets. Nodes have the order of a walk: the first child follows its parent. */
 struct mill_facets_node {
     float lo[3], hi[3]; /* [m] rounded outwards */
     int32_t skip;       /* the next node of a walk that skips all nodes within this box */

@@ -6,8 +6,7 @@
 
 /* Facets longer than this part of their node's box get a box of their own. */
 #define LONG 0.5
-/* MANY: facets of a node that is a fan, or has long facets. LARGE: nodes of a tree in which to look
- * for long ones. */
+/* MANY: facets of a fan, or a node with long ones; LARGE: nodes of a tree searched for these */
 enum { MANY = 64, LARGE = 10000 };
 
 /* [m^2] square of the longest side, and which it is */

@@ -1,13 +1,11 @@
-/* A facet as the searches use it: a triangle in its motion's frame, with its front towards the
- * balls */
+/* A facet as the searches use it: a triangle in its motion's frame, its front towards the balls */
 #ifndef MILL_FACETS_NEAR_H
 #define MILL_FACETS_NEAR_H
 
 #include "geometry/body.h"
 #include "geometry/facets.h"
 
-/* Corners a, a + ab, a + ac. The projection of a place a + q onto the facet is a + (u.q) ab + (v.q)
- * ac. */
+/* Corners a, a + ab, a + ac. The projection of a place a + q is a + (u.q) ab + (v.q) ac. */
 struct mill_facets_flat {
     vec3 a, ab, ac; /* [m] */
     vec3 u, v;      /* [1/m] NAN of a facet without area */
@@ -31,8 +29,7 @@ struct mill_facets {
                         find_across() */
 };
 
-/* The part of a facet that is nearest: its inside, or 1 + the number of a side, or 4 + the number
- * of a corner */
+/* The part of a facet that is nearest: its inside, 1 + number of a side, 4 + number of a corner */
 enum { MILL_FACETS_INSIDE = 0, MILL_FACETS_SIDE = 1, MILL_FACETS_CORNER = 4 };
 
 /* The vector from the nearest point of the facet to `place` [m]; *part: where this point is. If the
@@ -76,8 +73,7 @@ struct mill_facets_near {
     bool behind; /* the place is behind the surface, where no balls are */
 };
 
-/* Finds the nearest facet within `within` [m] of a place of the motion's frame; false: there is
- * none. */
+/* Finds the nearest facet within `within` [m] of a place of the motion's frame; false: none */
 bool mill_facets_nearest(const struct mill_facets *m, vec3 place, double within,
                          struct mill_facets_near *near);
 

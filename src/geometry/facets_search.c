@@ -83,8 +83,7 @@ static double due(struct search *s, int32_t facet)
     const double d1 = distance > 0.0 ? vec3_dot(way, s->v) / distance : 0.0;
     s->deepest = mill_least(s->deepest, square);
     if (s->still && d1 >= 0.0 && d >= -MILL_SHAPE_CLOSED && vec3_dot(way, s->g) >= 0.0)
-        return INFINITY; /* a plane at rest is between facet and ball: the ball never comes
-                            nearer */
+        return INFINITY; /* a plane at rest is between them: the ball never comes nearer */
     if (d <= MILL_SHAPE_CLOSED && d1 <= MILL_CONVEX_SLOWEST)
         return s->t;
     const bool glides = s->glides && d > -MILL_SHAPE_CLOSED;
@@ -126,8 +125,7 @@ static bool look_at_all(struct search *s)
     return met;
 }
 
-/* Computes the facets that are due until `by` and keeps those that are due before the end; true:
- * one is met. */
+/* Computes the facets due until `by` and keeps those due before the end; true: one is met. */
 static bool look_at_due(struct search *s, double by)
 {
     int kept = 0;

@@ -8,8 +8,7 @@
 enum {
     BINS = 12,
     LEAF = 2,    /* maximum number of facets in one leaf; below 8 */
-    HALVING = 32 /* from this level on, boxes are split into halves, which limits the number of
-                    levels */
+    HALVING = 32 /* from this level on, halves of boxes limit the number of levels */
 };
 
 struct box {

@@ -28,8 +28,7 @@ static struct mill_corner at(double around, double outward, double angle, double
 
 /* ---- buckles ---- */
 
-/* The formulas avoid cancellation for all heights from zero to overhangs and for any number of
- * buckles. */
+/* The formulas avoid cancellation for all heights, and for any number of buckles. */
 struct mill_profile mill_lining_profile(int buckles, double radius, double height, double angle)
 {
     assert(buckles >= 2 && radius > 0.0 && height >= 0.0);
@@ -51,8 +50,7 @@ struct mill_profile mill_lining_profile(int buckles, double radius, double heigh
     return p;
 }
 
-/* Outer and inner arcs by turns. Inner arcs that are too short for sides are left out: they are
- * corners. */
+/* Outer and inner arcs by turns. Inner arcs that are too short for sides are corners. */
 static size_t add_buckles(const struct mill_lining *is, struct mill_corner *corner)
 {
     const struct mill_profile p =

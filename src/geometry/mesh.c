@@ -192,8 +192,7 @@ void mill_mesh_turned(struct mill_mesh *mesh, const struct mill_body *is, const 
     double widest = 0.0;
     for (int i = 0; i < n; i++)
         widest = fmax(widest, line[i][0]);
-    /* every frame stores the points of moving bodies, so their number is limited to what a picture
-     * needs */
+    /* every frame stores the points of moving bodies: no more than a picture needs */
     const double share = fmin(fmax(tolerance / widest, 3e-3), 0.05);
     const int m = 4 * (int)ceil(0.25 * MILL_PI / mill_elementary_asin(sqrt(0.5 * share)) / 2.0);
     const double *from = line[0];

@@ -7,16 +7,14 @@
 struct mill_mesh {
     size_t points, triangles;
     vec3 *point;          /* [m] */
-    int64_t (*corner)[3]; /* of each triangle: numbers of points, counter-clockwise as seen from
-                             the side of the balls */
+    int64_t (*corner)[3]; /* [triangles] points, counter-clockwise as balls see them */
     bool failed;          /* out of memory: later points and triangles are missing */
 };
 
 /* An empty mesh is {0}. */
 void mill_mesh_free(struct mill_mesh *mesh);
 
-/* A closed line of points in a body's own x and y, counter-clockwise. fan: triangles from the axis
- * to its sides fill it */
+/* A closed line in a body's own x and y, counter-clockwise. fan: triangles from the axis fill it */
 struct mill_ring {
     size_t points;
     double (*at)[2]; /* [m] */
@@ -32,8 +30,7 @@ void mill_mesh_prism(struct mill_mesh *mesh, const struct mill_body *body, int w
                      const struct mill_ring *ring);
 
 /* Adds the surface that a line in the half plane of (radius, axis) makes when it turns about the
- * body's own axis. line[n][2] [m] begins and ends on the axis and goes upwards. Seen from the side
- * of the balls. */
+ * body's own axis. line[n][2] [m] goes upwards, from the axis to the axis. Seen from the balls. */
 void mill_mesh_turned(struct mill_mesh *mesh, const struct mill_body *body, const double (*line)[2],
                       int n, double tolerance);
 

@@ -7,8 +7,7 @@
 #define ALIKE 1e-9
 enum { MOST_PERIODS = 1000 }; /* in a common period */
 
-/* Converts the pose `inner`, which is relative to the frame of `outer`, to the frame in which
- * `outer` is given. */
+/* Converts the pose `inner`, relative to the frame of `outer`, to the frame of the pose `outer`. */
 static struct mill_pose within(const struct mill_pose *outer, const struct mill_pose *inner)
 {
     const vec3 place = mill_pose_out(outer, inner->place);

@@ -1,19 +1,17 @@
-/* Convex parts of bodies, and how far they reach. All follows from the support: the farthest point
- * in a direction.
+/* Convex parts of bodies, and how far they reach: by the support, the farthest point in a
+ * direction.
  *
  * How near does a part come to a round wall, from inside? The wall is the envelope of its tangent
  * planes, so the gap is the minimum, over their directions u, of what is left between the plane and
  * the part: radius - e(u), where e is the part's extent. e is convex and e(s u) = s e(u). So for u
  * between two directions, or three, e is at most the same combination of their values. The search
- * divides the circle or sphere of directions until this bound is close enough to the greatest e
- * found. */
+ * divides the circle or sphere of directions until this bound is close to the greatest e. */
 #include "geometry/mesh.h"
 
 #include <stdlib.h>
 
 enum { DEEPEST = 40 };
-/* relative to the gap, at walls without and with round ends, and to the distance at which bodies
- * count as touching */
+/* relative to the gap, at walls without and with round ends, and to a distance that counts as 0 */
 #define CLOSE_ENOUGH 1e-4
 #define CLOSE_AT_ENDS 1e-2
 #define TOUCHING 0.05

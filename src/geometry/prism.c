@@ -33,8 +33,7 @@ static struct mill_contact contact(const struct mill_shape *shape, vec3 centre, 
 {
     const struct mill_body *is = mill_body_is(shape);
     const double rho = sqrt(centre.y * centre.y + centre.z * centre.z), s = inward(is);
-    /* on the axis any direction will do; at a shaft, this only happens if the shaft has no
-     * thickness */
+    /* on the axis any direction will do; only a shaft without thickness is met there */
     const double uy = rho > 0.0 ? centre.y / rho : 1.0, uz = rho > 0.0 ? centre.z / rho : 0.0;
     const vec3 point = {centre.x, is->radius * uy, is->radius * uz};
     return (struct mill_contact){.normal = {0.0, -s * uy, -s * uz},
@@ -43,8 +42,7 @@ static struct mill_contact contact(const struct mill_shape *shape, vec3 centre, 
                                  .gap = s * (contact_radius(is, radius) - rho)};
 }
 
-/* The coordinate of the interval nearest to the surface: far from the axis for the drum, near to it
- * for the shaft */
+/* The coordinate nearest to the surface: far from the axis of a drum, near to that of a shaft */
 static double nearest(const struct mill_body *is, double lo, double hi)
 {
     if (is->inside)

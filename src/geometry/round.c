@@ -12,8 +12,7 @@ struct round {
     double out, along; /* direction of the side: (radius, axis) */
 };
 
-/* The distance to the core; < 0: inside. The nearest point is on a cap, on the side, or where they
- * meet. */
+/* The distance to the core; < 0: inside. The nearest point is on a cap, the side, or their edge. */
 static double look(const struct round *c, double rho, double z, double *out, double *along)
 {
     const struct mill_core *core = &c->body.core;
@@ -174,8 +173,7 @@ static double volume_cylinder(const struct mill_body *is)
 
 /* ---- outlines: a line in the half plane, from the lower end on the axis to the upper end ---- */
 
-/* Adds an arc about (rho, z) from one angle to another, with directions (sin, -cos); returns the
- * number of points */
+/* Adds an arc about (rho, z) between angles of directions (sin, -cos); returns the points so far */
 static int add_arc(double (*line)[2], int n, double rho, double z, double radius, double from,
                    double to)
 {

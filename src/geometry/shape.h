@@ -91,15 +91,13 @@ static inline struct mill_contact mill_shape_touch(vec3 centre, double d, vec3 n
 
 struct mill_shape;
 
-/* How balls meet a kind of surface. Poses are poses of the shape's motion; without a motion it is
- * mill_pose_still. */
+/* How balls meet a kind of surface. Poses are those of its motion; mill_pose_still without one. */
 struct mill_shape_type {
     size_t size; /* of its struct */
     /* Fills what its struct has in addition to struct mill_bodied, all of which is set; the rest is
      * zero. false: out of memory; `free` is called in any case. NULL: nothing to fill */
     bool (*create)(struct mill_shape *);
-    void (*free)(struct mill_shape *); /* frees all that it allocated, except its struct; NULL:
-                                          nothing to free */
+    void (*free)(struct mill_shape *); /* all that it allocated, except its struct; NULL: nothing */
     /* The first contact within `horizon` [s] of local time `now` [s], horizon included. touching:
      * the ball has had a contact with this shape at this moment. */
     struct mill_hit (*next_contact)(const struct mill_shape *, const struct mill_flight *,
@@ -122,8 +120,7 @@ struct mill_shape_type {
     /* The parts that such a ball can touch, none if it cannot reach the shape; NULL: the shape has
      * no parts. Every flight within the box gets these parts in `parts`. */
     struct mill_span (*parts)(const struct mill_shape *, vec3 lo, vec3 hi, double radius);
-    /* The sector for such a ball, of a body whose motion turns about a line at rest; NULL: the ball
-     * may be met at any angle. */
+    /* The sector for such a ball, of a body that turns about a line at rest; NULL: any angle */
     struct mill_sector (*sector)(const struct mill_shape *, vec3 lo, vec3 hi, double radius);
 };
 
@@ -136,8 +133,7 @@ struct mill_shape {
     int wall;                         /* its number among the walls of a container; -1: all of it */
     const struct mill_motion *motion; /* the motion that moves it; NULL: none */
     int kind;                         /* of its contacts: a kind of the world */
-    int number;    /* its number among its kind: end wall 0 (x < 0) or 1, blade 0..; -1: the only
-                      one */
+    int number;    /* among its kind: end wall 0 (x < 0) or 1, blade 0..; -1: the only one */
     bool pinches;  /* it can pinch balls */
     bool fixed;    /* the distance of any point of space from it never changes */
     double hollow; /* [m] minimum radius of surfaces that curve around the ball; 0: none */
@@ -167,8 +163,7 @@ static inline int mill_shape_places(const struct mill_shape *shape, vec3 centre,
     return 1;
 }
 
-/* The contact of a ball that is due to meet the shape. If the ball touches two places, it is the
- * place that it closes on. */
+/* The contact of a ball that is due to meet the shape; of two places, the one that it closes on */
 static inline struct mill_contact mill_shape_meet(const struct mill_shape *shape, vec3 r, vec3 v,
                                                   double radius, const struct mill_pose *pose)
 {
@@ -183,8 +178,7 @@ static inline struct mill_contact mill_shape_meet(const struct mill_shape *shape
 /* [s] until a ball's centre first touches the circular cylinder of radius rho about the line (y0,
  * z0) along x, from inside (s = 1) or from outside (s = -1). In the plane normal to x a flight is a
  * parabola p(t), and |p|^2 = rho^2 is a quartic with leading coefficient g^2/4 (a quadratic if
- * gravity has no component in this plane). The sign s makes the polynomial rise when the gap
- * closes. */
+ * gravity has no component in this plane). With s, it rises when the gap closes. */
 static inline double mill_shape_circle(const struct mill_flight *f, double y0, double z0,
                                        double rho, double s, double horizon, bool touching)
 {

@@ -56,8 +56,7 @@ static bool make(struct making *m, const struct mill_setup_surface *s,
     shape->number = end ? wall - 1 : s->number;
     body->is = *s->body;
     const bool good = mill_body_create(body, m->places);
-    /* A body that moves with the container, or that only turns about its own axis, cannot press a
-     * ball against anything. */
+    /* What moves with the container, or only turns about its own axis, presses no ball. */
     shape->pinches = !s->body->inside && !shape->fixed && shape->motion != m->carries;
     return good;
 }

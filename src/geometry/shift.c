@@ -9,8 +9,7 @@
 struct shift {
     struct mill_motion base;
     struct mill_shift is;
-    double start[3], phase[3]; /* [turns] phases of the sines, at simulated time 0 and at local
-                                  time 0 */
+    double start[3], phase[3]; /* [turns] of the sines, at simulated and at local time 0 */
 };
 
 static bool is_sound(const void *form)

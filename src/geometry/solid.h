@@ -1,7 +1,6 @@
 /* Solids: what bodies are made of. Each kind is one file with one table. All that the program does
- * with a body asks this table: the searches for contacts, the bounds of the places that a body
- * reaches, the check for bodies that collide, periodic ends, the speed of a tip, the room for
- * balls, wear and pictures. */
+ * with a body asks this table: searches for contacts, bounds of places, the check for bodies that
+ * collide, periodic ends, the speed of a tip, the room for balls, wear, pictures. */
 #ifndef MILL_SOLID_H
 #define MILL_SOLID_H
 
@@ -64,8 +63,7 @@ struct mill_solid {
     struct mill_hull (*hull)(const struct mill_body *);
     const struct mill_key *key; /* its sizes in a deck: members of struct mill_body */
     bool round, ball;           /* a body of revolution about its own z; about any axis */
-    /* What replaces it where it moves in another way than by turning about the x axis. NULL: it is
-     * no drum */
+    /* What replaces it where it does not only turn about the x axis. NULL: it is no drum */
     const struct mill_solid *moving;
 };
 
@@ -138,8 +136,7 @@ struct mill_part {
 /* A convex body as its own part */
 struct mill_part mill_part_of(const struct mill_solid *solid, const struct mill_body *body);
 
-/* The parts of a body: itself, or the facets of its outline. false: out of memory. Owner: the
- * caller; free(). */
+/* The parts of a body: itself, or facets of its outline. false: out of memory. Owner: the caller */
 bool mill_part_list(const struct mill_solid *solid, const struct mill_body *body,
                     struct mill_part **part, int32_t *count);
 
@@ -166,9 +163,8 @@ static inline double mill_part_extent(const struct mill_part *p, vec3 way)
 /* [m] Distance of a place from a wall, both in the body's own frame; < 0: it is outside */
 double mill_part_wall_gap(const struct mill_wall *wall, vec3 place);
 
-/* Bounds of the gap between the part and a wall, whose frame the part is in; < 0: the part reaches
- * beyond the wall. They are closer to each other than 0.01 % of the gap (1 % at a wall with round
- * ends) or 5 % of `near` [m]. */
+/* Bounds of the gap between the part and a wall, in one frame; < 0: the part is beyond the wall.
+ * They differ by less than 0.01 % of the gap (1 % at round ends) or 5 % of `near` [m]. */
 struct mill_part_gap {
     double least, most; /* [m] */
     long looks;         /* how often the part was asked for its support: the work done */

@@ -2,8 +2,7 @@
  * spline in each of the six columns. The second derivatives at the rows follow from a cyclic
  * tridiagonal system (Press et al., Numerical Recipes, sections 2.7 and 3.3). The matrix of a
  * rotation vector r is exp [r]. Its angular velocity is J r', where J is the integral of exp(s [r])
- * over 0 <= s <= 1. The norm of J is at most 1, and J changes by at most half of the change of
- * r. */
+ * over 0 <= s <= 1. |J| <= 1, and J changes by at most half of the change of r. */
 #include "base/elementary.h"
 #include "millsim/motion.h"
 
@@ -12,8 +11,7 @@
 
 enum { COLUMNS = 6, LOOKS = 1000 /* rows used to find how far a point moves */ };
 
-/* Row k and the piece of the spline after it: x + s (b + s (c + s d)), where s is the time since
- * the row */
+/* Row k and the piece of the spline after it: x + s (b + s (c + s d)), s: time since the row */
 struct piece {
     double t; /* [s] from the first row */
     double x[COLUMNS], b[COLUMNS], c[COLUMNS], d[COLUMNS];
@@ -24,8 +22,7 @@ struct table {
     double length, phase; /* [s] of the table; time in the table at local time 0 */
     size_t pieces;
     struct piece *piece; /* [pieces + 1], the last one is the first one again */
-    double speed, acceleration, turning, spin_up; /* maximum values: of the place, and of the
-                                                     rotation */
+    double speed, acceleration, turning, spin_up; /* most, of the place and of the rotation */
 };
 
 static bool is_sound(const void *form)
@@ -40,8 +37,7 @@ static bool is_sound(const void *form)
     return good;
 }
 
-/* Solves a tridiagonal system with the diagonals `below`, `on` and `above`; all arrays have n
- * elements. */
+/* Solves a tridiagonal system with the diagonals `below`, `on`, `above`. All arrays are [n]. */
 static void solve(size_t n, const double *below, const double *on, const double *above,
                   const double *right, double *x, double *work)
 {
@@ -169,8 +165,7 @@ static const struct piece *find(const struct table *table, double time)
 }
 
 /* Sum of (-z)^k (m - 1)! / (m + 2k - 1)!: the series, divided by their first terms 1, 1/2 and 1/6,
- * of sin a / a (m = 2), (1 - cos a) / a^2 (m = 3) and (a - sin a) / a^3 (m = 4); z = a^2 is
- * small */
+ * of sin a / a (m = 2), (1 - cos a) / a^2 (m = 3) and (a - sin a) / a^3 (m = 4); z = a^2 */
 static double series(double z, int m)
 {
     double sum = 1.0;

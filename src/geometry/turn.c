@@ -13,8 +13,7 @@ struct turn {
     struct mill_turn is; /* with an axis of length 1 and the angle at local time 0 */
     double start;        /* [rad] its angle at simulated time 0 */
     bool about_x;        /* its axis is x through the carrier's origin */
-    vec3 along[3], across[3], turned[3]; /* parts of the directions x, y, z for Rodrigues'
-                                            formula */
+    vec3 along[3], across[3], turned[3]; /* of the directions x, y, z in Rodrigues' formula */
 };
 
 static bool is_sound(const void *form)

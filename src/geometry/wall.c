@@ -124,8 +124,7 @@ static struct mill_hit search(const struct wall *w, const struct mill_flight *fl
         if (mill_convex_ends(next, f1, horizon, &t, &hit))
             return hit;
     }
-    return (struct mill_hit){MILL_HIT_ASK_AGAIN, t}; /* the ball makes many small hops along the
-                                                        wall */
+    return (struct mill_hit){MILL_HIT_ASK_AGAIN, t}; /* many small hops along the wall */
 }
 
 static struct seat seat_at(const struct wall *w, vec3 centre, double radius,
@@ -184,8 +183,7 @@ static struct mill_contact contact(const struct mill_shape *shape, vec3 centre, 
     return meet(w, &s, out, centre, radius, pose);
 }
 
-/* A ball in the tip of a cone touches it all around. It closes on the side towards which it moves,
- * normal to the axis. */
+/* A ball in the tip of a cone touches all around, and closes on the side towards which it moves */
 static bool beside(const struct mill_shape *shape, vec3 centre, vec3 v, double radius,
                    const struct mill_pose *pose, struct mill_contact *k)
 {
