@@ -1,5 +1,4 @@
-/* Contours from a few numbers: the wavy chamber, a liner with lifters, a free line. All are closed,
- * counter-clockwise, about the origin; angles are from x towards y. */
+/* Contours from a few numbers, closed, counter-clockwise, about the origin; angles: x towards y */
 #ifndef MILLSIM_LINING_H
 #define MILLSIM_LINING_H
 
@@ -15,7 +14,7 @@ enum mill_lining_form {
     MILL_LINING_HARMONICS,
     MILL_LINING_FILE
 };
-enum { MILL_LINING_WAVES = 4, MILL_LINING_MOST = 500 };
+enum { MILL_LINING_WAVES = 4, MILL_LINING_MOST = 500, MILL_LINING_CORNERS = 4000 };
 
 struct mill_lining {
     int form;

@@ -103,8 +103,7 @@ static bool fill_key(struct mill_deck *deck, const struct mill_deck_block *block
     return !wrong || mill_deck_wrong(&deck->text, section->title, key->name, "%s", wrong);
 }
 
-/* Checks that every key of the section belongs to its kind of motion or shape, a word of `choice`
- */
+/* Checks that all keys of the section belong to its kind of motion or shape, a word of `choice`. */
 static void check_entries(const struct mill_deck *deck, const struct mill_deck_section *section,
                           const struct mill_key *choice)
 {

@@ -21,9 +21,8 @@ enum {
 /* Exactly 0 and 1 for quarter turns, so that the copies are exactly symmetric */
 static struct mill_heading heading(double angle)
 {
-    enum { NOTHING = -50 };
     struct mill_heading at = mill_elementary_heading(angle);
-    const double nothing = ldexp(1.0, NOTHING);
+    const double nothing = 0x1p-50;
     if (fabs(at.cos) < nothing)
         at = (struct mill_heading){0.0, copysign(1.0, at.sin)};
     else if (fabs(at.sin) < nothing)
@@ -66,15 +65,13 @@ static bool find_kind(struct mill_deck *deck, const struct mill_deck_section *se
     struct mill_kinds *kinds = &deck->mill.contacts;
     const bool prefixed = given && strncmp(given, MILL_DECK_BALL, strlen(MILL_DECK_BALL)) == 0;
     name += prefixed ? strlen(MILL_DECK_BALL) : 0;
+    const char *wrong = NULL;
     if (!mill_deck_is_name(name) || strlen(name) >= MILL_NAME_LENGTH)
-        return mill_deck_wrong(
-            &deck->text, section->title, "kind",
-            "'%.80s' is not allowed: a name consists of letters, digits, '_', '-', '+' and '.'",
-            given);
-    if (given && !prefixed)
-        return mill_deck_wrong(
-            &deck->text, section->title, "kind",
-            "a kind of contact begins with 'ball_': write '" MILL_DECK_BALL "%.60s'", given);
+        wrong = "'%.80s' is not allowed: a name consists of letters, digits, '_', '-', '+' and '.'";
+    else if (given && !prefixed)
+        wrong = "a kind of contact begins with 'ball_': write '" MILL_DECK_BALL "%.60s'";
+    if (wrong)
+        return mill_deck_wrong(&deck->text, section->title, "kind", wrong, given);
     for (*kind = 0; *kind < kinds->count; ++*kind)
         if (strcmp(kinds->name[*kind] + strlen(MILL_DECK_BALL), name) == 0)
             break;
@@ -135,10 +132,7 @@ static bool read_mesh(struct mill_deck *deck, const struct mill_deck_section *se
     const struct mill_deck_text *text = &deck->text;
     struct mill_deck_body *given = section->form;
     struct hearing h = {deck, section};
-    struct mill_facets_report found = {.unit = given->unit,
-                                       .fault = hear,
-                                       .tell = text->reading->watch ? pass_on : NULL,
-                                       .self = &h};
+    struct mill_facets_report found = {.unit = given->unit, .fault = hear, .self = &h};
     struct mill_error why;
     vec3(*facet)[3] = NULL;
     if (!mill_deck_files_find(&deck->text, section->title, "file", &given->file))
@@ -152,6 +146,7 @@ static bool read_mesh(struct mill_deck *deck, const struct mill_deck_section *se
     is->facet = (const vec3(*)[3])mill_deck_keep(text, facet);
     if (!is->facet)
         return false;
+    found.tell = text->reading->watch ? pass_on : NULL;
     const vec3 size = mill_deck_bodies_size(is);
     const double least = fmin(size.x, fmin(size.y, size.z));
     if (least > 0.0 && least < MILL_SOLID_LEAST)

@@ -57,12 +57,9 @@ void mill_deck_checks_starts(struct mill_deck *deck)
     const bool counted = deck->observe.max_collisions > 0.0, file = deck->given.start != NULL;
     /* in a container that moves, a charge may keep its first arrangement for ever; elsewhere two
      * starts on two cores are known to run.precision sooner than one */
-    const bool precise = deck->observe.precision > 0;
+    const long usual = deck->mill.carrier >= 0 ? STARTS : deck->observe.precision > 0 ? 2 : 1;
     if (deck->observe.starts == 0)
-        deck->observe.starts = counted || file           ? 1
-                               : deck->mill.carrier >= 0 ? STARTS
-                               : precise                 ? 2
-                                                         : 1;
+        deck->observe.starts = counted || file ? 1 : usual;
     if (deck->observe.starts > 1 && (file || counted))
         mill_deck_wrong(&deck->text, "run", "starts",
                         file ? "with [balls] start all starts would be the same: give 1, or leave "
@@ -134,8 +131,7 @@ void mill_deck_checks_parts(struct mill_deck *deck)
     const struct mill_deck_text *text = &deck->text;
     const struct mill_deck_mill *mill = &deck->mill;
     const bool still = mill->drum && deck->setup.drum.rides == 0;
-    const double radius = deck->given.shaft_radius;
-    const double bore = mill->drum ? bore_of(deck) : 0.0;
+    const double radius = deck->given.shaft_radius, bore = mill->drum ? bore_of(deck) : 0.0;
     const bool shaft = mill->rotor && radius > 0.0, wide = shaft && radius >= bore;
     const char *blades = mill->parts > shaft ? mill_deck_section_of(deck, shaft) : NULL;
     int hidden = shaft; /* the first blade that does not come out of the shaft */

@@ -139,8 +139,8 @@ static const char *find_mend(const struct mill_deck_rows *rows, const char *row)
                : "";
 }
 
-/* Reads the next row with numbers. Returns how many there are; 0: end of the file; -1: a text that
- * is no number, or too many of them. */
+/* Reads the next row with numbers; returns how many. 0: end of the file; -1: other text, too many
+ */
 static int next_numbers(const struct mill_deck_rows *rows, FILE *in, long *line,
                         double value[COLUMNS + 1], const char **mend)
 {

@@ -108,6 +108,7 @@ static bool settle(struct mill_deck_text *text, const struct mill_deck_section *
                    struct mill_deck_law *law, const struct mill_deck_law *general)
 {
     static const char key[] = "restitution_table";
+    static const char form[] = "2 numbers 'v e': speed in m/s, restitution";
     const char *twice = mill_deck_entry(s, "restitution")         ? "restitution"
                         : mill_deck_entry(s, "restitution_speed") ? "restitution_speed"
                                                                   : NULL;
@@ -130,13 +131,8 @@ static bool settle(struct mill_deck_text *text, const struct mill_deck_section *
     law->rows = fall;
     if (!fall || !mill_deck_files_find(text, s->title, key, &law->table))
         return false;
-    struct mill_deck_rows rows = {text,
-                                  s->title,
-                                  key,
-                                  law->table,
-                                  "2 numbers 'v e': speed in m/s, restitution",
-                                  1u << 2,
-                                  .most = MILL_FALL_POINTS};
+    struct mill_deck_rows rows = {
+        text, s->title, key, law->table, form, 1u << 2, .most = MILL_FALL_POINTS};
     return mill_deck_files_read(&rows) && take_rows(&rows, fall);
 }
 

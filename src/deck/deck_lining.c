@@ -1,10 +1,8 @@
 /* The contours of drum and bodies: corners from the keys of a profile or from a file. */
 #include "base/elementary.h"
 #include "deck/deck_private.h"
-#include "geometry/shapes.h"
+#include "geometry/contour.h"
 #include "millsim/lining.h"
-
-enum { MOST_CORNERS = 4000 };
 
 static const char *const form_key[] = {"radius", "buckle_height", "lifters", "repeats", "file"};
 
@@ -41,9 +39,13 @@ bool mill_deck_lining_read(struct mill_deck *deck, const char *section, const ch
 {
     if (!mill_deck_files_find(&deck->text, section, "file", file))
         return false;
-    struct mill_deck_rows rows = {
-        &deck->text,         section, "file", *file, "3 numbers 'x y bulge' in SI units", 1u << 3,
-        .most = MOST_CORNERS};
+    struct mill_deck_rows rows = {&deck->text,
+                                  section,
+                                  "file",
+                                  *file,
+                                  "3 numbers 'x y bulge' in SI units",
+                                  1u << 3,
+                                  .most = MILL_LINING_CORNERS};
     const bool good = mill_deck_files_read(&rows);
     is->corners = rows.row.count;
     is->corner = rows.row.item;
@@ -131,9 +133,10 @@ static bool check_form(const struct mill_deck *deck)
                                "needs an even number of lifters, got %ld: give another number, or "
                                "leave it out",
                                is->count);
-    return mill_lining_most(is) <= MOST_CORNERS ||
+    return mill_lining_most(is) <= MILL_LINING_CORNERS ||
            mill_deck_wrong(text, "drum", form_key[is->form],
-                           "the line needs more than %d corners: give fewer waves", MOST_CORNERS);
+                           "the line needs more than %d corners: give fewer waves",
+                           MILL_LINING_CORNERS);
 }
 
 /* The contour of a profile */
@@ -169,14 +172,13 @@ static bool draw(const struct mill_deck *deck, struct mill_body *drum)
 /* A drawing in another unit, or about another axis, does not have the drum's radius. */
 static void check_radius(const struct mill_deck *deck, const struct mill_body *drum)
 {
-    struct mill_wall wall[MILL_WALLS];
-    const double high = mill_solid_hull(&mill_contour_solid, drum).radius;
-    mill_contour_solid.walls(drum, wall);
-    if (!(drum->radius >= wall[0].radius * (1.0 - 1e-6) && drum->radius <= high * (1.0 + 1e-6)))
+    double low, high;
+    mill_contour_reach(drum, &low, &high);
+    if (!(drum->radius >= low * (1.0 - 1e-6) && drum->radius <= high * (1.0 + 1e-6)))
         mill_deck_wrong(&deck->text, "drum", "radius",
                         "%g m is not a radius of the contour, whose points are from %.4g to %.4g m "
                         "away from the axis: correct it, or the unit or origin of the file",
-                        drum->radius, wall[0].radius, high);
+                        drum->radius, low, high);
 }
 
 void mill_deck_lining_make(struct mill_deck *deck)

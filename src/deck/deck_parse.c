@@ -2,8 +2,7 @@
  * where each of them comes from. A line is a section's title, or a key and its value; both are cut
  * out of the file's bytes. Comments start with # or ; at the start of a line or after white space.
  * A value in double quotes (a file name with " #" in it) is kept whole; "" inside stands for one ".
- * Section titles, keys and repetitions are checked during reading, so that a message names the
- * first wrong line of the file. */
+ * Titles, keys and repetitions are checked during reading: a message names the first wrong line. */
 #include "deck/deck_private.h"
 #include "deck/textfile.h"
 

@@ -38,11 +38,8 @@ struct mill_deck_reading {
 /* ---- what a deck may contain (deck_table.c, deck_entries.c) ---- */
 
 #define MILL_DECK_BALL "ball_" /* prefix of kinds of contact */
-enum {
-    MILL_DECK_MOST_BALLS = 50000000,
-    MILL_DECK_MOST_BLADES = 10000,
-    MILL_DECK_MOST_CLASSES = 64
-};
+enum { MILL_DECK_MOST_BALLS = 50000000, MILL_DECK_MOST_BLADES = 10000 };
+enum { MILL_DECK_MOST_CLASSES = 64, MILL_DECK_MOST_EDITS = 8 /* see suggestions */ };
 
 /* A block: keys of a section with their values in one struct. A section may have several. */
 struct mill_deck_block {
@@ -75,10 +72,8 @@ const struct mill_deck_block *mill_deck_table_find(const char *title);
 
 /* ---- suggestions for wrong names (deck_suggest.c) ---- */
 
-enum { MILL_DECK_MOST_EDITS = 8 };
-
-/* Number of edits that turn `text` into `word`; MILL_DECK_MOST_EDITS: more than a third of the
- * word, too many for a typing error. */
+/* Number of edits that turn `text` into `word`; MILL_DECK_MOST_EDITS: too many for a typing error
+ */
 int mill_deck_suggest_edits(const char *word, const char *text);
 
 /* Sets hint to "; did you mean ...?" or a similar text for a wrong section (name: NULL) or key.
@@ -131,11 +126,8 @@ enum mill_status mill_deck_faults_tell(const struct mill_deck_text *text,
 /* The mend for the name of a file that a comment cuts off */
 #define MILL_DECK_QUOTE "put a name with ' #' or ' ;' in double quotes"
 
-enum mill_deck_look {
-    MILL_DECK_PLAIN,
-    MILL_DECK_QUOTED /* in "" */,
-    MILL_DECK_CUT /* by a # or ; */
-};
+/* A value as the file has it: plain, in "", cut by a # or ; */
+enum mill_deck_look { MILL_DECK_PLAIN, MILL_DECK_QUOTED, MILL_DECK_CUT };
 
 struct mill_deck_entry {
     struct mill_deck_entry *next;
@@ -285,8 +277,8 @@ void mill_deck_lining_warn(const struct mill_deck *deck);
 /* [m] the maximum height of buckles up to which all profiles are valid; at most the radius */
 double mill_deck_lining_highest(int buckles, double radius);
 
-/* The rotor and the [motion.NAME], carriers first, and the motion of the drum; the critical speed,
- * and the speed that is a share of it */
+/* The rotor and the [motion.NAME], carriers first, and the motion of the drum; the critical speed
+ */
 void mill_deck_motions_list(struct mill_deck *deck);
 void mill_deck_motions_turn(struct mill_deck *deck);
 

@@ -31,9 +31,9 @@ static void tell_no_room(const struct mill_deck *deck, const struct mill_deck_te
     char counts[512];
     size_t used = 0;
     for (int k = 0; k < deck->setup.species && k < MILL_FAULT_SPECIES && used < sizeof counts; k++)
-        used += (size_t)snprintf(counts + used, sizeof counts - used, "%s%ld%s%s", k ? ", " : "",
-                                 (long)fault->fits[k], mixture ? " " : "",
-                                 mixture ? deck->setup.balls[k].name : "");
+        used +=
+            (size_t)snprintf(counts + used, sizeof counts - used, mixture ? "%s%ld %s" : "%s%ld",
+                             k ? ", " : "", (long)fault->fits[k], deck->setup.balls[k].name);
     if (fault->fits[0] == 0)
         mill_deck_wrong(
             text, first->section, first->given,
@@ -190,13 +190,9 @@ static long list_law(const struct mill_deck *deck, const char *section,
 static long list_rows(struct mill_deck *deck, const char *section, const char *path,
                       struct size *size)
 {
-    struct mill_deck_rows rows = {&deck->text,
-                                  section,
-                                  "sizes",
-                                  path,
-                                  "2 numbers 'd m': diameter in m, share of the mass",
-                                  1u << 2,
-                                  .most = MILL_DECK_MOST_CLASSES};
+    static const char form[] = "2 numbers 'd m': diameter in m, share of the mass";
+    struct mill_deck_rows rows = {
+        &deck->text, section, "sizes", path, form, 1u << 2, .most = MILL_DECK_MOST_CLASSES};
     bool good = mill_deck_files_read(&rows);
     const double(*row)[2] = rows.row.item, none[2] = {0.0, 0.0}, *last = none;
     const bool screens = rows.row.count > 1 && row[0][1] == 0.0;
@@ -389,14 +385,10 @@ enum mill_status mill_deck_setup_world(const struct mill_deck *deck,
     struct mill_memory_list memory = {.size = sizeof(void *)};
     struct mill_deck_reading reading = {.error = error, .memory = &memory, .watch = watch};
     struct mill_deck_text text = deck->text;
-    struct mill_deck_rows rows = {&text,
-                                  "balls",
-                                  "start",
-                                  deck->given.start,
-                                  "3, 6 or 9 numbers 'x y z [vx vy vz [wx wy wz]]' in SI units",
-                                  1u << 3 | 1u << 6 | 1u << 9,
-                                  (long)deck->mill.all,
-                                  .alone = true};
+    static const char form[] = "3, 6 or 9 numbers 'x y z [vx vy vz [wx wy wz]]' in SI units";
+    struct mill_deck_rows rows = {&text, "balls", "start", deck->given.start, form, .alone = true};
+    rows.columns = 1u << 3 | 1u << 6 | 1u << 9;
+    rows.most = (long)deck->mill.all;
     struct mill_setup setup = deck->setup;
     struct mill_fault fault = {.code = MILL_FAULT_NONE};
     *world = NULL;

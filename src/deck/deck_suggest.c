@@ -31,12 +31,6 @@ int mill_deck_suggest_edits(const char *word, const char *text)
     return MILL_DECK_MOST_EDITS;
 }
 
-/* "run", "balls.NAME" */
-static void name_block(const struct mill_deck_block *block, const char *name, char out[40])
-{
-    snprintf(out, 40, "%s%s%s", block->title, block->named ? "." : "", block->named ? name : "");
-}
-
 /* ---- other words for the same thing ---- */
 
 #define HOLDS "; a jar that moves is a [body.NAME] with 'side = inside' and a 'motion'"
@@ -201,8 +195,8 @@ const char *mill_deck_suggest_key(const char *title, const char *name, char *hin
     snprintf(stem, sizeof stem, "%.*s", stem_length, title);
     hint[0] = '\0';
     for (const struct mill_deck_block *b = mill_deck_table; b->title; b++) {
-        name_block(b, "", bare);
-        name_block(b, "NAME", word);
+        snprintf(bare, sizeof bare, "%s%s", b->title, b->named ? "." : "");
+        snprintf(word, sizeof word, "%s%s", b->title, b->named ? ".NAME" : "");
         if (!name && (edits = mill_deck_suggest_edits(bare, stem)) < best) {
             best = edits;
             meant = b->named ? NULL : b->title;

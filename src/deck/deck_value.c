@@ -344,8 +344,7 @@ void mill_deck_value_print(const struct mill_key *key, const void *form, char *o
 
 static bool tell(const struct mill_deck_text *text, FILE *out)
 {
-    static const char *const type[] = {"number", "vector", "whole",
-                                       "choice", "file",   "name"}; /* mill_key_type */
+    static const char *const key_type[] = {"number", "vector", "whole", "choice", "file", "name"};
     const struct mill_deck_section *section = text->section;
     const struct mill_deck_entry *entry = section->entry;
     const struct mill_key *row;
@@ -377,7 +376,7 @@ static bool tell(const struct mill_deck_text *text, FILE *out)
         file = value.file;
     if (!file)
         mill_deck_value_print(&key, &value, number, sizeof number);
-    fprintf(out, "%s.%s\t%s\t%s\t%s\t%s\t%s%s%s\n", section->title, key.name, type[key.type],
+    fprintf(out, "%s.%s\t%s\t%s\t%s\t%s\t%s%s%s\n", section->title, key.name, key_type[key.type],
             file ? file : number, unit, key.meaning, key.words ? key.words : "",
             key.known ? "|" : "", key.known ? key.known : "");
     return true;

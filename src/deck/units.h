@@ -1,5 +1,4 @@
-/* Units of measure in decks: those of UDUNITS-2, and a few names that its database does not have
- * (deg, rev, U, r, RPM and upm). */
+/* Units of measure in decks: those of UDUNITS-2, and deg, rev, U, r, RPM, upm */
 #ifndef MILL_UNITS_H
 #define MILL_UNITS_H
 

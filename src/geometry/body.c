@@ -143,13 +143,11 @@ bool mill_body_ring_meets(const struct mill_bodied *b, const double ring[4], vec
     const double most = half.x * fabs(axis.x) + half.y * fabs(axis.y) + half.z * fabs(axis.z);
     if (along <= ring[2] - far - most || along >= ring[3] + far + most)
         return false; /* most boxes */
-    const double half_across = across_of(half, axis);
-    const double away = vec3_norm(vec3_axpy(q, -along, axis));
+    const double half_across = across_of(half, axis), away = vec3_norm(vec3_axpy(q, -along, axis));
     return away > ring[0] - far - half_across && away < ring[1] + far + half_across;
 }
 
-/* Seen from the line, a ball in the box is within an angle of the direction of the box's
- * centre, and the body is within an angle of its own direction. */
+/* Seen from the line, ball and body are within angles of the directions of box and body. */
 struct mill_sector mill_body_sector(const struct mill_shape *shape, vec3 lo, vec3 hi, double radius)
 {
     const struct mill_bodied *b = (const struct mill_bodied *)shape;
@@ -159,8 +157,7 @@ struct mill_sector mill_body_sector(const struct mill_shape *shape, vec3 lo, vec
     const vec3 out = vec3_axpy(q, -vec3_dot(q, b->axis), b->axis);
     const double margin = 1e-3 * radius + MARGIN * (b->beyond + b->hull.half);
     const double half = across_of(vec3_scale(vec3_sub(hi, lo), 0.5), b->axis) + margin;
-    const double rho = vec3_norm(out);
-    const double across = b->across + radius + margin;
+    const double rho = vec3_norm(out), across = b->across + radius + margin;
     if (!b->rings || vec3_norm(b->towards) == 0.0 || !(rho - half > across))
         return any;
     const vec3 e = b->towards;

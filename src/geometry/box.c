@@ -23,8 +23,7 @@ MILL_CONVEX_INLINE struct mill_view view(const struct mill_convex *convex, vec3 
 {
     const struct mill_bodied *b = (const struct mill_bodied *)convex;
     const struct mill_body *is = &b->is;
-    const vec3 half = b->core.half;
-    const vec3 q = mill_body_in(is, place), out = out_of(b, q);
+    const vec3 half = b->core.half, q = mill_body_in(is, place), out = out_of(b, q);
     const double square = vec3_dot(out, out);
     if (square > 0.0) {
         const double d = sqrt(square);

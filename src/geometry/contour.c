@@ -124,10 +124,8 @@ static void measure(const struct mill_contour_piece *p, double *low, double *hig
         return; /* an end, but for rounding */
     const double r = 0.5 / p->bend, cx = p->x + r * p->nx, cy = p->y + r * p->ny;
     const double away = sqrt(cx * cx + cy * cy), by = 1.0 + fabs(r) / away;
-    if (away > 0.0 && mill_contour_is_beside(p, cx * by, cy * by))
-        *high = fmax(*high, away * by);
-    else
-        *high = fmax(*high, sqrt(p->x * p->x + p->y * p->y));
+    const bool beyond = away > 0.0 && mill_contour_is_beside(p, cx * by, cy * by);
+    *high = fmax(*high, beyond ? away * by : sqrt(p->x * p->x + p->y * p->y));
 }
 
 void mill_contour_reach(const struct mill_body *is, double *low, double *high)
@@ -183,8 +181,7 @@ static void plant(struct planting *p, int i, int k, int side, const int16_t *lis
         plant(p, i + n % 2 * side / 2, k + n / 2 * side / 2, side / 2, near, kept);
     for (int n = 0; n < kept && p->good && side == 1; n++) {
         int16_t *one = mill_memory_add(&p->list);
-        p->good = one;
-        if (one)
+        if ((p->good = one))
             *one = near[n];
     }
     if (p->good && side == 1)
@@ -232,14 +229,14 @@ bool mill_contour_create(struct mill_shape *shape)
     c->half = is->inside ? (double)INFINITY : 0.5 * is->length;
     c->piece = make_pieces(is, &c->pieces);
     c->low = INFINITY;
+    double most = 0.0; /* bend */
     for (int k = 0; c->piece && k < c->pieces; k++) {
         const struct mill_contour_piece *p = &c->piece[k];
         measure(p, &c->low, &c->high);
         c->far = fmax(c->far, sqrt(p->x * p->x + p->y * p->y) + p->half);
-        if (p->bend > 0.0)
-            shape->hollow =
-                shape->hollow > 0.0 ? fmin(shape->hollow, 0.5 / p->bend) : 0.5 / p->bend;
+        most = fmax(most, p->bend);
     }
+    shape->hollow = most > 0.0 ? 0.5 / most : 0.0;
     return c->piece && make_plan(c);
 }
 

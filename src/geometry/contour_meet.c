@@ -11,8 +11,8 @@
  * of its circle. The plan of squares says which pieces are near, and how far the others are. */
 #include "geometry/contour.h"
 
-/* Fraction of a radius: a ball with its centre behind a piece by less overlaps it; by more it is on
- * the other side of the solid. An arc that is wider than the ball by less is too narrow for it. */
+/* Fractions of a radius: a centre behind a piece by less than DEEP overlaps it; an arc that is
+ * wider than the ball by less than SNUG is too narrow for it. */
 #define DEEP 0.5
 #define SNUG 1e-12
 
@@ -177,12 +177,8 @@ static int add_crossings(const struct course *f, const double line[3], double en
 
 static struct course at_time(const struct course *f, double t)
 {
-    return (struct course){f->x + t * (f->u + 0.5 * t * f->g),
-                           f->y + t * (f->v + 0.5 * t * f->h),
-                           f->u + t * f->g,
-                           f->v + t * f->h,
-                           f->g,
-                           f->h};
+    const double x = f->x + t * (f->u + 0.5 * t * f->g), y = f->y + t * (f->v + 0.5 * t * f->h);
+    return (struct course){x, y, f->u + t * f->g, f->v + t * f->h, f->g, f->h};
 }
 
 /* The gap to a piece as a polynomial that rises when the gap closes: radius - normal . q +

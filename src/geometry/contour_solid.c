@@ -4,17 +4,15 @@
 #include "geometry/mesh.h"
 #include "millsim/lining.h"
 
-#define MOST_CORNERS 4000
 #define MOST_TURN 1e3 /* bulge of an arc that is almost a whole circle */
 #define MOST_FLAT 0.1 /* bulge of an arc that a chord stands for: 23 degrees */
 
-/* Is the length of each side one that a body can have, is the contour closed without crossing
- * itself, and counter-clockwise? */
+/* Has each side a length that a body can have; is it counter-clockwise, without crossing itself? */
 static bool is_sound(const struct mill_body *is)
 {
     size_t at[2];
     const size_t n = is->corners;
-    if (n < 2 || n > MOST_CORNERS || !is->corner || !mill_solid_is_length(is->length, false))
+    if (n < 2 || n > MILL_LINING_CORNERS || !is->corner || !mill_solid_is_length(is->length, false))
         return false;
     for (size_t k = 0; k < n; k++) {
         const struct mill_corner *a = &is->corner[k], *b = &is->corner[(k + 1) % n];
@@ -30,10 +28,9 @@ static const struct mill_key key[] = {{MILL_SOLID_LENGTH}, {.name = NULL}};
 /* Its buckles and lifters are left out: nothing that moves relative to it may enter them. */
 static int walls(const struct mill_body *is, struct mill_wall wall[MILL_WALLS])
 {
-    double low, high;
+    double high;
     const int walls = mill_round_cylinder_solid.walls(is, wall);
-    mill_contour_reach(is, &low, &high);
-    wall[0].radius = low;
+    mill_contour_reach(is, &wall[0].radius, &high);
     wall[0].own = &mill_contour_surface;
     return is->open ? 1 : walls;
 }

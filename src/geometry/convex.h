@@ -2,12 +2,11 @@
  * body does not move. The gap of a ball is the distance of its centre from the body, less its
  * radius. This is exact for faces, edges and corners, but it is not a polynomial in time.
  *
- * The search for the first contact is certified. The distance to a convex body is a convex function
- * of place. So along a path the gap d obeys d'' >= -A, where A is a bound of the acceleration in
- * the body's frame (gravity, Coriolis, centrifugal and Euler parts, and the acceleration of the
- * frame's origin). From (d, d') the gap cannot be zero before t = (d' + sqrt(d'^2 + 2 A d)) / A.
- * The search steps to this time and computes again. It never steps past the first contact and
- * converges to it quadratically.
+ * The search for the first contact is certified. The distance to a convex body is convex, so along
+ * a path the gap d obeys d'' >= -A, where A is a bound of the acceleration in the body's frame
+ * (gravity, Coriolis, centrifugal and Euler parts, and the acceleration of the frame's origin).
+ * From (d, d') the gap cannot be zero before t = (d' + sqrt(d'^2 + 2 A d)) / A. Steps to this time
+ * never go past the first contact and converge to it quadratically.
  *
  * The function of each kind of body for its distance is inlined into the functions below. */
 #ifndef MILLSIM_CONVEX_H
@@ -19,8 +18,7 @@
 
 /* [m/s] a closed gap that opens more slowly counts as closing; the rebound floor then parts them */
 #define MILL_CONVEX_SLOWEST 1e-9
-/* [m] extra gap for searches that have taken too many steps: a ball that glides along the body has
- * a gap of almost zero, and the search would take steps of almost zero */
+/* [m] extra gap after too many steps: a ball that glides has a gap, and steps, of almost zero */
 #define MILL_CONVEX_CONCEDED 1e-13
 /* [s] maximum length of a search, because the bound of the acceleration grows with it */
 #define MILL_CONVEX_FARTHEST 1.0
@@ -127,8 +125,8 @@ static inline struct mill_hit mill_convex_none(double end, double horizon)
     return end < horizon ? (struct mill_hit){MILL_HIT_ASK_AGAIN, end} : mill_hit_at(INFINITY);
 }
 
-/* The end of a step of a search: goes on to the time `next` before which there is no contact, given
- * the rate of the gap now. true: the search has ended with *hit. */
+/* The end of a step: goes on to the time `next` before which there is no contact, given the rate of
+ * the gap now. true: the search has ended with *hit. */
 MILL_CONVEX_INLINE bool mill_convex_ends(double next, double rate, double horizon, double *t,
                                          struct mill_hit *hit)
 {
@@ -167,8 +165,7 @@ MILL_CONVEX_INLINE struct mill_hit mill_convex_search(const struct mill_convex *
     const bool still = c->bounds.turning == 0.0 && c->bounds.speed == 0.0;
     double t = 0.0;
     for (int step = 0; step < MILL_CONVEX_MOST; step++) {
-        const vec3 r = vec3_fly(f->r, f->v, f->g, t);
-        const vec3 v = vec3_axpy(f->v, t, f->g);
+        const vec3 r = vec3_fly(f->r, f->v, f->g, t), v = vec3_axpy(f->v, t, f->g);
         const struct mill_pose pose = mill_shape_pose(&c->base, now + t);
         const struct mill_view k = mill_convex_look(c, view, r, &pose);
         const double d = k.d - radius;

@@ -137,16 +137,14 @@ static bool reachable(const struct mill_shape *shape, vec3 lo, vec3 hi, double r
     mill_body_clip(b, &lo, &hi);
     for (int32_t at = 0; at < m->tree.nodes;) {
         const struct mill_facets_node *n = &m->tree.node[at];
-        double middle[3], half[3];
-        for (int k = 0; k < 3; k++) {
-            middle[k] = 0.5 * ((double)n->lo[k] + (double)n->hi[k]);
-            half[k] = 0.5 * ((double)n->hi[k] - (double)n->lo[k]);
-        }
-        const vec3 q = vec3_sub(vec3_make(middle[0], middle[1], middle[2]), b->through);
+        const vec3 least = {(double)n->lo[0], (double)n->lo[1], (double)n->lo[2]};
+        const vec3 most = {(double)n->hi[0], (double)n->hi[1], (double)n->hi[2]};
+        const vec3 half = vec3_scale(vec3_sub(most, least), 0.5);
+        const vec3 q = vec3_sub(vec3_scale(vec3_add(least, most), 0.5), b->through);
         const double along = vec3_dot(q, b->axis), away = vec3_norm(vec3_axpy(q, -along, b->axis));
-        const double around = sqrt(half[0] * half[0] + half[1] * half[1] + half[2] * half[2]);
+        const double around = vec3_norm(half);
         const double beside =
-            fabs(b->axis.x) * half[0] + fabs(b->axis.y) * half[1] + fabs(b->axis.z) * half[2];
+            fabs(b->axis.x) * half.x + fabs(b->axis.y) * half.y + fabs(b->axis.z) * half.z;
         const double ring[4] = {away - around, away + around, along - beside, along + beside};
         const bool meets = mill_body_ring_meets(b, ring, lo, hi, radius);
         if (meets && n->leaf != MILL_FACETS_INNER)
@@ -208,8 +206,7 @@ static struct mill_facets_flat flat_of(const vec3 p[3])
 {
     const vec3 ab = vec3_sub(p[1], p[0]), ac = vec3_sub(p[2], p[0]), bc = vec3_sub(ac, ab);
     const vec3 n = vec3_cross(ab, ac);
-    const double square = vec3_dot(n, n);
-    const double per = square > 0.0 ? 1.0 / square : (double)NAN;
+    const double square = vec3_dot(n, n), per = square > 0.0 ? 1.0 / square : (double)NAN;
     const vec3 u = vec3_scale(vec3_cross(ac, n), per), v = vec3_scale(vec3_cross(n, ab), per);
     return (struct mill_facets_flat){p[0], ab, ac,
                                      u,    v,  {per_square(ab), per_square(bc), per_square(ac)}};

@@ -1,5 +1,4 @@
-/* Declarations shared by the files about meshes: the facets that meet at corners and edges, the
- * tree of boxes for the search. */
+/* What files about meshes share: which facets meet at corners and edges, and the tree of boxes */
 #ifndef MILL_FACETS_H
 #define MILL_FACETS_H
 

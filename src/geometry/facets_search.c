@@ -1,9 +1,7 @@
 /* The first time at which a ball meets a mesh. Each facet is a convex body, so the certificate of
  * convex.h is valid for each: its distance and the rate of this distance give a time before which
- * the ball cannot meet it. A search stores this time for every facet that the ball can come near
- * to, and steps to the earliest of these times. Only the facets that are due then are computed
- * again. So it finds the first contact with any of them, as for one convex body, and a facet out of
- * reach is computed only once.
+ * the ball cannot meet it. A search keeps this time of each facet that the ball can come near to,
+ * and steps to the earliest one. Only facets that are due then are computed again.
  *
  * Facets that share the edge or corner that a ball meets have the same normal there: after the
  * impact the gaps to all of them open. */

@@ -45,16 +45,11 @@ static double area(const struct box *b)
     return x >= 0.0 ? x * y + y * z + z * x : 0.0;
 }
 
-static float below(double x)
+/* The nearest float, not below (side 1) or above (side -1) */
+static float rounded(double x, float side)
 {
     const float f = (float)x;
-    return (double)f > x ? nextafterf(f, -INFINITY) : f;
-}
-
-static float above(double x)
-{
-    const float f = (float)x;
-    return (double)f < x ? nextafterf(f, INFINITY) : f;
+    return (double)side * ((double)f - x) < 0.0 ? nextafterf(f, side * (float)INFINITY) : f;
 }
 
 static struct item item_of(const vec3 corner[3], int32_t facet)
@@ -64,8 +59,8 @@ static struct item item_of(const vec3 corner[3], int32_t facet)
         double c[3];
         for (int i = 0; i < 3; i++)
             c[i] = k == 0 ? corner[i].x : k == 1 ? corner[i].y : corner[i].z;
-        item.box.lo[k] = below(fmin(c[0], fmin(c[1], c[2])));
-        item.box.hi[k] = above(fmax(c[0], fmax(c[1], c[2])));
+        item.box.lo[k] = rounded(fmin(c[0], fmin(c[1], c[2])), -1.0F);
+        item.box.hi[k] = rounded(fmax(c[0], fmax(c[1], c[2])), 1.0F);
         item.middle[k] = 0.5F * (item.box.lo[k] + item.box.hi[k]);
     }
     return item;

@@ -33,8 +33,7 @@ struct mill_profile mill_lining_profile(int buckles, double radius, double heigh
 {
     assert(buckles >= 2 && radius > 0.0 && height >= 0.0);
     const double half_pitch = MILL_PI / buckles, s = mill_elementary_heading(0.5 * half_pitch).sin;
-    const double q = 2.0 * s * s, h = height;
-    const double rest = q * radius * radius - 2.0 * h * h;
+    const double q = 2.0 * s * s, h = height, rest = q * radius * radius - 2.0 * h * h;
     const double u = rest / (2.0 * h + sqrt(4.0 * h * h + q * rest));
     const struct mill_heading half = mill_elementary_heading(half_pitch);
     struct mill_profile p = {buckles, radius, height, angle, .arc = u + h, .inner = radius + u};

@@ -10,16 +10,17 @@
 
 /* Makes room for one more element of an array. The room doubles if the count is a power of two.
  * NULL when out of memory; then the old array remains. */
-static void *more(void *array, size_t count, size_t size)
+static void *more(void *array, size_t count, size_t size, bool *failed)
 {
     const bool full = (count & (count - 1)) == 0;
-    return full ? realloc(array, (count > 0 ? 2 * count : 1) * size) : array;
+    void *grown = full ? realloc(array, (count > 0 ? 2 * count : 1) * size) : array;
+    *failed = *failed || !grown;
+    return grown;
 }
 
 static int64_t add_point(struct mill_mesh *mesh, vec3 point)
 {
-    vec3 *grown = more(mesh->point, mesh->points, sizeof *grown);
-    mesh->failed = mesh->failed || !grown;
+    vec3 *grown = more(mesh->point, mesh->points, sizeof *grown, &mesh->failed);
     if (!grown)
         return 0;
     mesh->point = grown;
@@ -30,8 +31,7 @@ static int64_t add_point(struct mill_mesh *mesh, vec3 point)
 /* Adds a triangle, counter-clockwise or, if turned, clockwise */
 static void triangle(struct mill_mesh *mesh, bool turned, int64_t a, int64_t b, int64_t c)
 {
-    int64_t(*grown)[3] = more(mesh->corner, mesh->triangles, sizeof *grown);
-    mesh->failed = mesh->failed || !grown;
+    int64_t(*grown)[3] = more(mesh->corner, mesh->triangles, sizeof *grown, &mesh->failed);
     if (!grown)
         return;
     mesh->corner = grown;
@@ -57,8 +57,7 @@ static void quad(struct mill_mesh *mesh, bool turned, int64_t a, int64_t b, int6
 
 void mill_mesh_ring_add(struct mill_ring *ring, double x, double y)
 {
-    double(*grown)[2] = more(ring->at, ring->points, sizeof *grown);
-    ring->failed = ring->failed || !grown;
+    double(*grown)[2] = more(ring->at, ring->points, sizeof *grown, &ring->failed);
     if (!grown)
         return;
     ring->at = grown;
@@ -77,8 +76,7 @@ static double left_of(const double a[2], const double b[2], const double c[2])
     return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
 }
 
-/* Is the triangle of a corner and its neighbours within the line: does the line turn left there,
- * and is no corner at which it turns right in the triangle? */
+/* Is the triangle of a corner and its neighbours within the line, and no other corner in it? */
 static bool is_ear(const struct mill_ring *r, const size_t *last, const size_t *next, size_t k)
 {
     const double *a = r->at[last[k]], *b = r->at[k], *c = r->at[next[k]];

@@ -40,13 +40,9 @@ static vec3 support_of_facet(const struct mill_core *core, vec3 way)
 
 struct mill_part mill_part_facet(vec3 a, vec3 b, vec3 c, double grown)
 {
-    struct mill_part p = {.support = support_of_facet,
-                          .core.grown = grown,
-                          .centre = vec3_scale(vec3_add(vec3_add(a, b), c), 1.0 / 3.0),
-                          .x = {1.0, 0.0, 0.0},
-                          .y = {0.0, 1.0, 0.0},
-                          .z = {0.0, 0.0, 1.0}};
-    const vec3 corner[3] = {a, b, c};
+    const struct mill_pose own = mill_pose_still;
+    const vec3 corner[3] = {a, b, c}, centre = vec3_scale(vec3_add(vec3_add(a, b), c), 1.0 / 3.0);
+    struct mill_part p = {support_of_facet, {.grown = grown}, centre, own.x, own.y, own.z, 0.0};
     for (int k = 0; k < 3; k++) {
         p.core.corner[k] = vec3_sub(corner[k], p.centre);
         p.around = fmax(p.around, vec3_norm(p.core.corner[k]));
@@ -92,8 +88,7 @@ struct mill_part mill_part_move(const struct mill_part *part, const struct mill_
 struct mill_pose mill_part_frame(vec3 through, vec3 direction)
 {
     const vec3 any = fabs(direction.x) < 0.6 ? vec3_make(1.0, 0.0, 0.0) : vec3_make(0.0, 1.0, 0.0);
-    const vec3 across = vec3_cross(direction, any);
-    const vec3 y = vec3_scale(across, 1.0 / vec3_norm(across));
+    const vec3 across = vec3_cross(direction, any), y = vec3_scale(across, 1.0 / vec3_norm(across));
     return (struct mill_pose){
         .place = through, .x = vec3_cross(y, direction), .y = y, .z = direction};
 }
@@ -138,8 +133,7 @@ static struct look look(struct search *s, vec3 sum)
     return l;
 }
 
-/* No direction between those of the corners has a greater extent, if they are at most this much
- * shorter in the middle. Is that close enough to the greatest one? */
+/* Bounds the extents between corners that are this much shorter in the middle. Close enough? */
 static bool is_bounded(struct search *s, double e, double shortened, int depth)
 {
     const double most = e + s->lift, bound = most > 0.0 ? most / shortened - s->lift : e;
@@ -178,13 +172,7 @@ struct mill_part_gap mill_part_to_wall(const struct mill_part *p, const struct m
                                        double near)
 {
     const double lean = sqrt(1.0 + w->slope * w->slope);
-    struct search s = {.part = *p,
-                       .wall = w,
-                       .radius = w->radius - p->core.grown * lean,
-                       .best = -INFINITY,
-                       .bound = -INFINITY,
-                       .share = isinf(w->half) ? CLOSE_ENOUGH : CLOSE_AT_ENDS,
-                       .slack = TOUCHING * near};
+    struct search s = {*p, w, .best = -INFINITY, .bound = -INFINITY, .slack = TOUCHING * near};
     static const vec3 way[6] = {{1, 0, 0},  {0, 1, 0}, {-1, 0, 0},
                                 {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
     struct look at[6];
@@ -194,6 +182,8 @@ struct mill_part_gap mill_part_to_wall(const struct mill_part *p, const struct m
         return (struct mill_part_gap){gap, gap, 1};
     }
     const bool ends = !isinf(w->half);
+    s.radius = w->radius - p->core.grown * lean;
+    s.share = ends ? CLOSE_AT_ENDS : CLOSE_ENOUGH;
     s.part.core.grown = 0.0;
     if (w->slope != 0.0)
         s.lift = mill_part_extent(&s.part, vec3_make(0.0, 0.0, w->slope));

@@ -14,13 +14,11 @@ static inline double mill_phase_turns(double start, double rate, double time)
     return phase - rint(phase);
 }
 
-/* The same in radians: rate in radians per second. 2 pi is the sum of two parts; the product with
- * the first is subtracted exactly. */
+/* The same in radians. 2 pi has two parts; the product with the first is subtracted exactly. */
 static inline double mill_phase_radians(double start, double rate, double time)
 {
     const double whole = rate * time, rest = fma(rate, time, -whole);
-    const double turns = rint(whole / (2.0 * MILL_PI));
-    const double left = fma(-turns, 2.0 * MILL_PI, whole);
+    const double turns = rint(whole / (2.0 * MILL_PI)), left = fma(-turns, 2.0 * MILL_PI, whole);
     return fmod(fma(-turns, 2.4492935982947064e-16, left) + rest + start, 2.0 * MILL_PI);
 }
 

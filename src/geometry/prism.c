@@ -36,10 +36,9 @@ static struct mill_contact contact(const struct mill_shape *shape, vec3 centre, 
     /* on the axis any direction will do; only a shaft without thickness is met there */
     const double uy = rho > 0.0 ? centre.y / rho : 1.0, uz = rho > 0.0 ? centre.z / rho : 0.0;
     const vec3 point = {centre.x, is->radius * uy, is->radius * uz};
-    return (struct mill_contact){.normal = {0.0, -s * uy, -s * uz},
-                                 .point = point,
-                                 .velocity = mill_pose_velocity(pose, point),
-                                 .gap = s * (contact_radius(is, radius) - rho)};
+    const double gap = s * (contact_radius(is, radius) - rho);
+    return (struct mill_contact){
+        {0.0, -s * uy, -s * uz}, point, mill_pose_velocity(pose, point), gap};
 }
 
 /* The coordinate nearest to the surface: far from the axis of a drum, near to that of a shaft */

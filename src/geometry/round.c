@@ -18,20 +18,14 @@ static double look(const struct round *c, double rho, double z, double *out, dou
     const struct mill_core *core = &c->body.core;
     const double half = core->half.z, r = rho - core->low, h = z + half;
     const double way = r * c->out + h * c->along, off = r * c->along - h * c->out;
+    const double cap = fabs(z) - half;
     const bool above = z > half, below = z < -half;
+    const bool inside = !above && !below && off <= 0.0; /* this only happens to a pinched ball */
     *out = 0.0;
     *along = z < 0.0 ? -1.0 : 1.0;
-    if ((above && rho <= core->high) || (below && rho <= core->low))
-        return fabs(z) - half;
-    if (!above && !below && off <= 0.0) { /* inside: this only happens to a pinched ball */
-        const double cap = fabs(z) - half;
-        if (cap > off)
-            return cap;
-        *out = c->along;
-        *along = -c->out;
-        return off;
-    }
-    if (way >= 0.0 && way <= c->side && off > 0.0) {
+    if ((above && rho <= core->high) || (below && rho <= core->low) || (inside && cap > off))
+        return cap;
+    if (inside || (way >= 0.0 && way <= c->side && off > 0.0)) {
         *out = c->along;
         *along = -c->out;
         return off;
@@ -205,28 +199,22 @@ static void outline(const struct mill_body *is, const struct mill_core *c, doubl
     mill_mesh_turned(mesh, is, line, n, tolerance);
 }
 
-static const struct mill_key key_sphere[] = {
-    {MILL_SOLID_RADIUS}, {MILL_SOLID_DIAMETER}, {.name = NULL}};
+/* clang-format off */
+#define CONE_END .unit = "m", .lo = 0, .hi = 1e4
+static const struct mill_key key_sphere[] = {{MILL_SOLID_RADIUS}, {MILL_SOLID_DIAMETER}, {.name = NULL}};
 static const struct mill_key key_capsule[] = {
     {MILL_SOLID_RADIUS}, {MILL_SOLID_DIAMETER}, {MILL_SOLID_LENGTH}, {.name = NULL}};
-static const struct mill_key key_cylinder[] = {{MILL_SOLID_RADIUS},
-                                               {MILL_SOLID_DIAMETER},
-                                               {MILL_SOLID_LENGTH},
-                                               {MILL_SOLID_ROUNDING},
-                                               {.name = NULL}};
-static const struct mill_key key_cone[] = {{"radius", "radius at its own z = -length/2",
-                                            .unit = "m", .lo = 0, .hi = 1e4, MILL_SOLID_AT(radius)},
-                                           {"end_radius", "radius at its own z = length/2",
-                                            .unit = "m", .lo = 0, .hi = 1e4,
-                                            MILL_SOLID_AT(end_radius)},
-                                           {MILL_SOLID_LENGTH},
-                                           {MILL_SOLID_ROUNDING},
-                                           {.name = NULL}};
+static const struct mill_key key_cylinder[] = {
+    {MILL_SOLID_RADIUS}, {MILL_SOLID_DIAMETER}, {MILL_SOLID_LENGTH}, {MILL_SOLID_ROUNDING}, {.name = NULL}};
+static const struct mill_key key_cone[] = {
+    {"radius", "radius at its own z = -length/2", CONE_END, MILL_SOLID_AT(radius)},
+    {"end_radius", "radius at its own z = length/2", CONE_END, MILL_SOLID_AT(end_radius)},
+    {MILL_SOLID_LENGTH}, {MILL_SOLID_ROUNDING}, {.name = NULL}};
+/* clang-format on */
 
 MILL_BODY_SURFACE(struct round, create, view, mill_body_is_far)
 
-/* WHAT of a kind of this FORM: straight with a length, or tapered with a radius at its end. SIZE:
- * this length or radius of `is` */
+/* WHAT of a kind of this FORM: straight or tapered. SIZE: its length, or its radius at the end */
 #define OF_KIND(TYPE, WHAT, NAME, FORM, SIZE)                                                      \
     static TYPE WHAT##_##NAME(const struct mill_body *is)                                          \
     {                                                                                              \

@@ -13,8 +13,7 @@ struct mill_mesh;
 /* [m] no length of a body is smaller */
 #define MILL_SOLID_LEAST 1e-9
 
-/* The numbers of a convex solid, in its own frame. The core is what `support` describes; the solid
- * is all that is within `grown` of it. */
+/* A convex solid in its own frame: all that is within `grown` of the core, which `support` gives */
 struct mill_core {
     double grown;     /* [m] */
     vec3 half;        /* [m] of a box: half of its sides; of a frustum only half.z */
@@ -32,7 +31,7 @@ struct mill_wall {
     double half;        /* [m] half of the straight part between round ends; INFINITY: no ends */
     const struct mill_shape_type *own; /* how balls meet it; NULL: as all walls (wall.c) */
 };
-enum { MILL_WALLS = 6 }; /* of one body, at most */
+enum { MILL_WALLS = 6 /* of one body, at most */, MILL_SOLID_WHOLE = -1 };
 
 /* A volume that encloses a body, in its frame: all places within `radius` [m] of the line from
  * -half to +half [m] on one of its axes */
@@ -40,8 +39,6 @@ struct mill_hull {
     double half, radius;
     int axis; /* 0, 1, 2: its z, x or y */
 };
-
-enum { MILL_SOLID_WHOLE = -1 };
 
 struct mill_solid {
     const struct mill_shape_type *surface; /* how balls meet it from outside, or the whole of it */

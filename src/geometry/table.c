@@ -52,8 +52,8 @@ static void solve(size_t n, const double *below, const double *on, const double 
         x[k] -= work[k + 1] * x[k + 1];
 }
 
-/* Computes half of the second derivatives of one column at the rows, into c. The corner elements of
- * the cyclic matrix are written as a product of two vectors (Sherman & Morrison). room[7 n] */
+/* Sets c of one column: half of the second derivatives. The corner elements of the cyclic matrix
+ * are a product of two vectors (Sherman & Morrison). room[7 n] */
 static void bend(struct table *table, int column, double *room)
 {
     const size_t n = table->pieces;
@@ -229,8 +229,7 @@ static struct mill_motion_bounds bounds(const struct mill_motion *motion, vec3 p
     const struct mill_pose first = pose_at(table, 0.0);
     const vec3 home = mill_pose_out(&first, point);
     const double speed = table->speed + table->turning * reach;
-    /* Uses every row, or some rows of a long table. Every time is at most half of the interval
-     * between two of these rows away from one of them. */
+    /* Every row, or some of a long table: no time is farther from one than half of an interval. */
     const size_t n = table->pieces, stride = 1 + n / LOOKS;
     double far = 0.0, between = 0.0;
     for (size_t k = 0, next; k < n; k = next) {

@@ -1,12 +1,11 @@
 /* One wall of a container: flat, or round and met from inside.
  *
  * A round wall (of a cylinder, cone, capsule or sphere) has the distance m, the contact radius,
- * from a core, which is a line or a point. q is the vector from the nearest point of the core to
- * the ball's centre. The gap closes when f = m^2 - q^2 does. The second derivative of f is at least
- * -2 (v^2 + m a), where v and a are bounds of the ball's speed and acceleration relative to the
- * wall. This bound includes the curvature 1/m of the surface and needs no square root. Steps by
- * this bound never pass the first contact and converge quadratically to it, like the search for
- * convex bodies. For a cone, m changes along the axis.
+ * from a core, which is a line or a point. q goes from its nearest point to the ball's centre. The
+ * gap closes when f = m^2 - q^2 does. The second derivative of f is at least -2 (v^2 + m a), where
+ * v and a are bounds of the ball's speed and acceleration relative to the wall. This includes the
+ * curvature 1/m and needs no square root. Steps by this bound never pass the first contact and
+ * converge quadratically to it, as for convex bodies. For a cone, m changes along the axis.
  *
  * For walls that do not move, or only turn about their own axis, closed forms are used. */
 #include "geometry/body.h"
@@ -51,8 +50,8 @@ static struct seat seat_of(const struct wall *w, vec3 q, vec3 axis, double radiu
     return s;
 }
 
-/* A ball relative to the body, in a frame that turns with its axis. If the direction of the axis is
- * constant, this is the laboratory, because a turn about the axis then has no effect. */
+/* A ball relative to the body, in a frame that turns with its axis: the laboratory, if this does
+ * not. */
 struct sight {
     vec3 q, u, axis; /* [m] from the centre, [m/s], unit */
     struct mill_seen seen;
@@ -141,10 +140,8 @@ static struct mill_contact meet(const struct wall *w, const struct seat *seat, v
     const struct mill_body *is = &w->body.is;
     const vec3 inward = vec3_axpy(vec3_scale(out, -w->cosine), w->is.slope * w->cosine, is->z);
     const double gap = gap_of(w, seat);
-    const vec3 n = mill_pose_turn_out(pose, inward);
-    const vec3 point = vec3_axpy(centre, -(gap + radius), n);
-    return (struct mill_contact){
-        .normal = n, .point = point, .velocity = mill_pose_velocity(pose, point), .gap = gap};
+    const vec3 n = mill_pose_turn_out(pose, inward), point = vec3_axpy(centre, -(gap + radius), n);
+    return (struct mill_contact){n, point, mill_pose_velocity(pose, point), gap};
 }
 
 /* ---- both ---- */
