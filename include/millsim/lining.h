@@ -14,6 +14,7 @@ enum mill_lining_form {
     MILL_LINING_HARMONICS,
     MILL_LINING_FILE
 };
+#define MILL_LINING_BULGE 1e3 /* of an arc that is almost a whole circle */
 enum { MILL_LINING_WAVES = 4, MILL_LINING_MOST = 500, MILL_LINING_CORNERS = 4000 };
 
 struct mill_lining {

@@ -103,6 +103,8 @@ static double width_of(const struct mill_setup_surface *container)
     const struct mill_hull hull = mill_solid_hull(container->solid, container->body);
     double from = -hull.half, to = hull.half, width = INFINITY;
     struct mill_wall wall[MILL_WALLS];
+    if (container->body->corners > 0) /* it may be wide elsewhere than about its axis */
+        return 2.0 * hull.half;
     if (!container->solid->walls)
         return width;
     const int walls = container->solid->walls(container->body, wall);

@@ -4,6 +4,8 @@
 #include "geometry/contour.h"
 #include "millsim/lining.h"
 
+#define MOST_PLACE 1e4 /* [m] */
+
 static const char *const form_key[] = {"radius", "buckle_height", "lifters", "repeats", "file"};
 
 /* Tells what is wrong with a contour. */
@@ -16,6 +18,12 @@ static bool check(const struct mill_deck *deck, const char *section, const char 
         return mill_deck_wrong(text, section, key, "a contour needs two corners or more");
     for (size_t k = 0; k < n; k++) {
         const struct mill_corner *a = &corner[k], *b = &corner[(k + 1) % n];
+        if (!(fabs(a->x) <= MOST_PLACE && fabs(a->y) <= MOST_PLACE &&
+              fabs(a->bulge) < MILL_LINING_BULGE))
+            return mill_deck_wrong(text, section, key,
+                                   "corner %zu of the contour, %g %g %g: expected x and y up to %g "
+                                   "m, and a bulge below %g",
+                                   k + 1, a->x, a->y, a->bulge, MOST_PLACE, MILL_LINING_BULGE);
         if (!mill_solid_is_length(hypot(b->x - a->x, b->y - a->y), false))
             return mill_deck_wrong(text, section, key,
                                    "corners %zu and %zu of the contour are nearer to each other "
@@ -77,7 +85,7 @@ void mill_deck_lining_warn(const struct mill_deck *deck)
     size_t at = 0;
     if (drum->corners == 0)
         return;
-    if (is->form == MILL_LINING_LIFTERS) {
+    if (is->form == MILL_LINING_LIFTERS && is->count > 1) {
         const double half = mill_elementary_heading(MILL_PI / (double)is->count).sin;
         apart = 2.0 * half * (is->radius - fmax(is->height, is->second)) - is->width;
     } else if (is->form == MILL_LINING_WAVY) {
@@ -169,12 +177,37 @@ static bool draw(const struct mill_deck *deck, struct mill_body *drum)
     return true;
 }
 
+/* Is the axis within the line? The chords that cross a ray from there, and the arcs between whose
+ * chord and bow it is. A chord through it passes below it, or to its left. */
+static bool is_around(const struct mill_corner *corner, size_t n)
+{
+    int turns = 0;
+    for (size_t k = 0; k < n; k++) {
+        const struct mill_corner *a = &corner[k], *b = &corner[(k + 1) % n];
+        const double dx = b->x - a->x, dy = b->y - a->y, on = dx != 0.0 ? dx : -dy;
+        const double cross = a->x * b->y - a->y * b->x, side = cross != 0.0 ? cross : on;
+        turns += a->y <= 0.0 && b->y > 0.0 && side > 0.0;
+        turns -= a->y > 0.0 && b->y <= 0.0 && side < 0.0;
+        /* of its circle, from the middle of the arc: normal . q - bend q^2, times chord and turn */
+        const double u = a->bulge, x = 0.5 * (a->x + b->x + u * dy),
+                     y = 0.5 * (a->y + b->y - u * dx);
+        const double in = (dy * x - dx * y) * (1.0 + u * u) - 2.0 * u * (x * x + y * y);
+        if (side * u < 0.0 && in * u > 0.0)
+            turns += u > 0.0 ? 1 : -1;
+    }
+    return turns > 0;
+}
+
 /* A drawing in another unit, or about another axis, does not have the drum's radius. */
 static void check_radius(const struct mill_deck *deck, const struct mill_body *drum)
 {
     double low, high;
     mill_contour_reach(drum, &low, &high);
-    if (!(drum->radius >= low * (1.0 - 1e-6) && drum->radius <= high * (1.0 + 1e-6)))
+    if (!is_around(drum->corner, drum->corners))
+        mill_deck_wrong(&deck->text, "drum", "file",
+                        "the contour does not go around the axis of the drum, which is its origin: "
+                        "move it");
+    else if (!(drum->radius >= low * (1.0 - 1e-6) && drum->radius <= high * (1.0 + 1e-6)))
         mill_deck_wrong(&deck->text, "drum", "radius",
                         "%g m is not a radius of the contour, whose points are from %.4g to %.4g m "
                         "away from the axis: correct it, or the unit or origin of the file",

@@ -3,6 +3,7 @@
 #include "deck/deck_private.h"
 
 enum { MOST_ROWS = 10000000, COLUMNS = 7 };
+#define MOST_CRITICAL 10.0 /* times the critical speed */
 #define NEARLY 1e-3  /* a rotation this near to whole turns, relative to them, is meant as these */
 #define ROUNDED 1e-5 /* [rad] error of 2 pi with five decimals or more */
 #define ALONG 1e-6   /* two lines nearer than this, relative to their lengths, are meant as one */
@@ -215,7 +216,10 @@ static double critical_of(const struct mill_deck *deck)
 static void resolve(struct mill_deck *deck, const char *section, int k, double share, double *speed)
 {
     const struct mill_deck_mill *mill = &deck->mill;
-    if (share != 0.0 && (k != mill->carrier || mill->critical == 0.0))
+    if (fabs(share) > MOST_CRITICAL)
+        mill_deck_wrong(&deck->text, section, "speed",
+                        "%g times the critical speed: write '%g %% critical'?", share, share);
+    else if (share != 0.0 && (k != mill->carrier || mill->critical == 0.0))
         mill_deck_wrong(
             &deck->text, section, "speed", "there is no critical speed: %s; give the speed in rpm",
             k != mill->carrier ? "this motion does not carry the container"

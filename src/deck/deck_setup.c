@@ -120,7 +120,7 @@ static void tell(const struct mill_deck *deck, const struct mill_deck_rows *rows
     else if (code == MILL_FAULT_SHORT)
         mill_deck_wrong(
             text, "drum", "length",
-            "with periodic ends, must be at least three diameters of a ball, %.6g m; got %g m",
+            "with periodic ends, must be more than three diameters of a ball, %.6g m; got %g m",
             3.0 * fault->amount, deck->setup.drum.length);
     else if (code == MILL_FAULT_TILT)
         mill_deck_wrong(text, "gravity", "acceleration",

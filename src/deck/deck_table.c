@@ -113,7 +113,7 @@ static const struct mill_key ball_key[] = {
     {"sizes", "equal, a distribution of the mass, or a file with a row 'd m' for each size: diameter [m], share of the "
      "mass", A_FILE, .derived = true, .words = "equal", .known = "bond|rosin_rammler", BALLS(sizes)},
     {"diameter", "diameter of a ball; of a distribution: of the largest", DIAMETER, BALLS(diameter), .hidden = is_table,
-     .needs = "the table of 'sizes' gives the diameters: leave it out"},
+     .needs = "the table of 'sizes' gives the diameters: leave it out; or is 'sizes' bond or rosin_rammler?"},
     {"smallest", "diameter of the smallest ball of the distribution", DIAMETER, .derived = true, BALLS(smallest),
      NO_LAW},
     {"classes", "number of classes of equal mass that stand for the distribution", WHOLE(1, MILL_DECK_MOST_CLASSES),

@@ -4,7 +4,6 @@
 #include "geometry/mesh.h"
 #include "millsim/lining.h"
 
-#define MOST_TURN 1e3 /* bulge of an arc that is almost a whole circle */
 #define MOST_FLAT 0.1 /* bulge of an arc that a chord stands for: 23 degrees */
 
 /* Has each side a length that a body can have; is it counter-clockwise, without crossing itself? */
@@ -17,7 +16,8 @@ static bool is_sound(const struct mill_body *is)
     for (size_t k = 0; k < n; k++) {
         const struct mill_corner *a = &is->corner[k], *b = &is->corner[(k + 1) % n];
         const double dx = b->x - a->x, dy = b->y - a->y;
-        if (!mill_solid_is_length(sqrt(dx * dx + dy * dy), false) || !(fabs(a->bulge) < MOST_TURN))
+        if (!mill_solid_is_length(sqrt(dx * dx + dy * dy), false) ||
+            !(fabs(a->bulge) < MILL_LINING_BULGE))
             return false;
     }
     return mill_lining_area(is->corner, n) > 0.0 && !mill_lining_crosses(is->corner, n, at);

@@ -111,6 +111,8 @@ ALONE = (
         ("motion = roll\n", "", NONE.replace("11", "10") + IDLE),
         ("70 % critical", "70 % of critical", "11: [motion.roll] speed: expected a share of the critical speed "
          "with its unit such as '70 % critical', got '70 % of critical' (unknown unit '% of critical')"),
+        ("70 % critical", "70 critical",
+         "11: [motion.roll] speed: 70 times the critical speed: write '70 % critical'?"),
     ],
 )  # fmt: skip
 def test_where_there_is_no_critical_speed_one_line_says_why(refused, write_deck, old, new, complaint):
@@ -231,7 +233,8 @@ def test_the_full_deck_of_a_distribution_gives_the_same_bits(millsim, write_deck
         (BOND.replace("sizes = bond", "classes = 3"), "",
          "14: [balls] classes: belongs to 'sizes = bond' or 'sizes = rosin_rammler': leave it out"),
         (TABLE.replace("sizes = ", "diameter = 1 mm\nsizes = "), "0.02 100",
-         "13: [balls] diameter: the table of 'sizes' gives the diameters: leave it out"),
+         "13: [balls] diameter: the table of 'sizes' gives the diameters: leave it out; or is 'sizes' bond or "
+         "rosin_rammler?"),
         (BOND.replace("bulk_fill = 20 %", "count = 2"), "",
          "15: [balls.balls_2] count: gives 0 balls of 0.01555 m; expected 1 to 50000000"),
     ],
@@ -268,3 +271,44 @@ def test_names_of_classes_must_be_free(refused, write_deck):
     assert refused("--check", write_deck(text).name) == (
         "deck.ini:14: [balls.a] sizes: its classes are [balls.a_1], ...: give one section another name"
     )
+
+
+# ---- contours of files ----
+
+FILE = DECK.replace("motion = roll\n", "motion = roll\nprofile = file\nfile = line.txt\n", 1)
+AWAY = "the contour does not go around the axis of the drum, which is its origin: move it"
+RANGE = "expected x and y up to 10000 m, and a bulge below 1000"
+
+
+@pytest.mark.parametrize(
+    "rows, complaint",
+    [
+        ("0.4 0 1\n0.1 0 1\n", AWAY),
+        ("0.15 0.1 0\n-0.15 0.1 0\n-0.15 0.02 0.1\n0.15 0.02 0\n", AWAY),  # an arc that just leaves the axis out
+        ("1e200 0 1\n-1e200 0 1\n", "corner 1 of the contour, 1e+200 0 1: " + RANGE),
+        ("0.15 0 1\n-0.15 0 -1e3\n", "corner 2 of the contour, -0.15 0 -1000: " + RANGE),
+        ("0.15 0\n-0.15 0\n", "{}:1: expected 3 numbers 'x y bulge' in SI units"),
+    ],
+)
+def test_a_contour_that_is_no_drum_is_refused(refused, write_deck, tmp_path, rows, complaint):
+    (tmp_path / "line.txt").write_text(rows)
+    line = refused("--check", write_deck(FILE).name)
+    assert line == f"deck.ini:9: [drum] file: {complaint.format(tmp_path / 'line.txt')}"
+
+
+@pytest.mark.parametrize("turned", range(8))
+def test_a_contour_may_have_corners_anywhere_around_its_axis(millsim, write_deck, tmp_path, turned):
+    """Two halves of a circle, whose chord goes through the axis; a drop, whose large arc alone has the axis."""
+    for corners, bulges in (((0.15, -0.15), (1, 1)), ((0.15j + 0.1, 0.15j - 0.1), (0, 2.2))):
+        way = np.array(corners) * np.exp(0.25j * np.pi * turned)
+        rows = [f"{z.real:.17g} {z.imag:.17g} {b}" for z, b in zip(way, bulges)]
+        (tmp_path / "line.txt").write_text("\n".join(rows))
+        said = millsim("--check", "-q", write_deck(FILE).name)
+        assert said.returncode == 0, said.stderr
+
+
+def test_a_single_lifter_leaves_the_drum_open(millsim, write_deck):
+    one = DECK.replace("motion = roll\n", "motion = roll\nprofile = lifters\nlifters = 1\nlifter_height = 15 mm\n"
+                       "lifter_width = 15 mm\n", 1)  # fmt: skip
+    said = millsim("--check", "-q", write_deck(one).name)
+    assert said.returncode == 0 and "openings" not in said.stderr
