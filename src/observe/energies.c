@@ -89,7 +89,7 @@ static uint64_t count_in(const struct mill_energies_pair *pair, int sort, int bi
     return sort == 0 ? pair->normal[bin].count : (sort == 1 ? pair->total : pair->dissipated)[bin];
 }
 
-/* The normal energy above which half of the loss in the bins falls; what an impact of it loses */
+/* Normal energy above which half of the loss in the bins falls; *each: what such an impact loses */
 static double find_half(const struct mill_energies_pair *all, double *each)
 {
     double lost = 0, above = 0;

@@ -290,7 +290,7 @@ static void judge_reach(struct mill_notes *notes, const struct mill_world *world
         never ? never : "");
 }
 
-/* Blades in a screw-like arrangement convey balls through periodic ends, which walls stop */
+/* Screw-like blades convey the balls through periodic ends. End walls would stop this flow. */
 static void judge_drift(struct mill_notes *notes, const struct mill_world *world,
                         const struct mill_tally_results *r, double t)
 {

@@ -17,7 +17,7 @@ struct mill_wear_law {
 
 struct mill_observe {
     double end;            /* [s] end of the run */
-    double sample_from;    /* [s] begin of the statistics; 0: see sample_found */
+    double sample_from;    /* [s] start of the statistics; 0: see sample_found */
     bool sample_found;     /* true: the start of the statistics is found in the run */
     double precision;      /* relative standard error that ends the run; 0: not used */
     long starts;           /* of the run */

@@ -56,7 +56,7 @@ static void *add_item(struct mill_replay_queue *q)
 
 /* ---- the world at a given time ---- */
 
-/* Begins epochs as the event loop does: at the end of one a sample belongs to it, no impact. */
+/* Begins epochs, as the event loop does: a sample at the end of one belongs to it, no impact. */
 static void reach(struct mill_replay *r, double time, bool impact)
 {
     struct mill_world *w = r->world;

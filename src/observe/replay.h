@@ -22,7 +22,7 @@ struct mill_replay_impact {
  * impulse about its axis [N m s]; for each kind of contact the energy lost, in all and in the
  * normal direction [J]. Cumulative from t = 0, except the springs'; NaN: not known */
 enum { MILL_REPLAY_ACCOUNT = 2 * (1 + MILL_MOTIONS_MOST + MILL_KINDS_MOST) };
-size_t mill_replay_length(const struct mill_world *world); /* of those of this world */
+size_t mill_replay_length(const struct mill_world *world); /* the same of this world */
 
 /* Waiting items of equal size, the oldest first */
 struct mill_replay_queue {

@@ -44,7 +44,7 @@ void mill_spectrum_grid_init(struct mill_spectrum_grid *grid);
  * that nothing that is said of them depends on the floor */
 int mill_spectrum_from(const struct mill_spectrum_grid *grid, const struct mill_world *world);
 
-/* The slot of a speed v [m/s]; 0: below the lowest edge (also zero, negative and NaN); SLOTS - 1:
+/* The slot of a speed v [m/s]; 0: below the lowest edge (also zero, negative and NaN); the last:
  * from the highest edge on. A cell of the table has a relative width of at most 1/64, less than a
  * bin. So it contains at most one edge, and one comparison after the guess is enough. */
 static inline int mill_spectrum_find(const struct mill_spectrum_grid *grid, double v)
@@ -89,7 +89,7 @@ struct mill_spectrum_place mill_spectrum_place(const struct mill_spectrum *s, in
 void mill_spectrum_raise(const struct mill_spectrum *spectrum, double level,
                          struct mill_spectrum_place *place);
 
-/* [m/s] log-linear within a bin; 0 in the underflow; the highest edge in the overflow, or NaN */
+/* [m/s] log-linear in a bin; 0 in the underflow; the highest edge in the overflow; NaN: none */
 double mill_spectrum_speed(const struct mill_spectrum_grid *g, const struct mill_spectrum_place *p);
 
 #endif

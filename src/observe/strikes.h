@@ -30,8 +30,7 @@ void mill_strikes_free(struct mill_strikes *strikes);
 
 /* Finds the entry of this pair and sets its time to that of this contact. *since [s]: time since
  * the last; INFINITY: a new strike, and the caller sets the slots. Times must not decrease. It is
- * valid until the next call. Balls and partners are < 2^29 (partner -1: none). NULL: out of memory
- * */
+ * valid until the next call. Balls and partners are < 2^29 (partner -1: none). NULL: no memory */
 struct mill_strike *mill_strikes_meet(struct mill_strikes *strikes, int kind, int32_t ball,
                                       int32_t partner, double time, double *since);
 

@@ -1,4 +1,4 @@
-/* The statistics of a run: an observer gathers them from run.sample_from on; the results of them */
+/* The statistics of a run, which an observer gathers from run.sample_from on, and their results */
 #ifndef MILL_TALLY_H
 #define MILL_TALLY_H
 

@@ -128,7 +128,7 @@ static void put_steps(struct scene *s, bool moving, size_t points)
         link_to(s, ALIKE, "Steps", "PointOffsets");
 }
 
-/* Writes cells of one kind, with `each` corners; the other kinds are empty. corner NULL: point k */
+/* Writes cells of one kind with `each` corners; the others are empty. corner NULL: 0, 1, 2, ... */
 static void put_cells(struct scene *s, const char *group, size_t cells, size_t each,
                       const int64_t *corner)
 {

@@ -25,7 +25,8 @@ struct mill_draft {
 };
 
 /* Prepares a draft of the file `path`, or of the file that this links to, off the disk. begins: the
- * first bytes of the file, by which one is known that a killed process has left; NULL: empty */
+ * file's first bytes, which show what a killed process has left (NULL: an empty file). They must
+ * outlive the draft. */
 void mill_draft_init(struct mill_draft *draft, const char *path, const char *begins);
 
 /* Returns the one of the four names that leads to the file at `path`; NULL: none. */
