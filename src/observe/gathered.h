@@ -9,8 +9,7 @@
 
 /* Normal and tangential speeds of the impacts (or strikes) of one kind */
 struct mill_speeds {
-    struct mill_spectrum normal,
-        tangential[2]; /* tangential: v_n is slow (in results: all), fast */
+    struct mill_spectrum normal, tangential[2]; /* tangential: slow v_n (in results: all), fast */
 };
 enum { MILL_GATHERED_SPECTRA = sizeof(struct mill_speeds) / sizeof(struct mill_spectrum) };
 

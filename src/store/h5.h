@@ -2,8 +2,7 @@
  * links, and columns that grow row by row. Paths are absolute ("/run/version"); missing groups on
  * the way are made. After its first failure a file is *spent*: every later call does nothing. So
  * functions that write return nothing, and the caller checks mill_h5_status once after many calls.
- * Strings are UTF-8 of variable length, as h5py and H5MD readers expect, unless stated otherwise.
- */
+ * Strings are UTF-8 of variable length, as h5py expects, unless stated otherwise. */
 #ifndef MILL_H5FILE_H
 #define MILL_H5FILE_H
 
