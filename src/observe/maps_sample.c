@@ -184,8 +184,8 @@ INLINE void add_axial(char *flow, const struct block *b, int i)
     !defined __SANITIZE_THREAD__
 __attribute__((target_clones("avx512f", "avx2", "default")))
 #endif
-void mill_maps_sample(const struct mill_maps *maps, struct mill_map_flow *flow, const struct mill_world *world,
-       double t, double times)
+void mill_maps_sample(const struct mill_maps *maps, struct mill_map_flow *flow,
+                      const struct mill_world *world, double t, double times)
 {
     const int cell = (int)sizeof *flow;
     char *const cross = (char *)(flow + maps->cross.first);
