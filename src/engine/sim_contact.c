@@ -231,18 +231,11 @@ void mill_sim_happen(struct mill_sim *sim, int32_t i)
 void mill_sim_watch(struct mill_watch *w, double t)
 {
     /* by a nanosecond at least: hops that shrink to the resolution of time still advance it */
-    if (t > w->last + 1e-9) {
-        w->last = t;
-        w->standing = 0;
-    } else {
-        w->standing++;
-    }
-    if (t - w->since > 1e-3) {
-        w->since = t;
-        w->events = 0;
-    } else {
-        w->events++;
-    }
+    const bool advances = t > w->last + 1e-9, over = t - w->since > 1e-3;
+    w->last = advances ? t : w->last;
+    w->standing = advances ? 0 : w->standing + 1;
+    w->since = over ? t : w->since;
+    w->events = over ? 0 : w->events + 1;
 }
 
 /* Stops runs in which infinitely many contacts would happen in a finite time */

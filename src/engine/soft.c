@@ -393,14 +393,12 @@ void mill_soft_state(struct mill_soft *s, struct mill_state *state)
         snprintf(name, sizeof name, "part%d", k);
         mill_state_structs(state, name, sizeof s->part[k].tally, 1, &s->part[k].tally);
     }
+    if (state->loads && state->status == MILL_OK && !is_sane(s, touch, count))
+        mill_state_refuse(state, "the saved contacts are damaged");
     if (state->loads && state->status == MILL_OK) {
-        if (!is_sane(s, touch, count)) {
-            mill_state_refuse(state, "the saved contacts are damaged");
-        } else {
-            seat(s, s->spare);
-            if (!pool(s, touch, count))
-                mill_state_refuse(state, "out of memory for the contacts");
-        }
+        seat(s, s->spare);
+        if (!pool(s, touch, count))
+            mill_state_refuse(state, "out of memory for the contacts");
     }
     free(touch);
 }

@@ -176,20 +176,18 @@ static double lasts(const struct mill_world *w, const struct mill_soft_spring *s
 static struct mill_soft_damping *damp_all(const struct mill_law *law, bool hertz,
                                           struct mill_memory_pool *memory)
 {
-    struct mill_soft_damping *all = mill_memory_take(memory, MILL_SOFT_ROWS, sizeof *all);
-    for (int k = 0; all && k < MILL_SOFT_ROWS; k++)
-        all[k] =
-            damp(mix(MILL_SOFT_LEAST, 1.0, k / (MILL_SOFT_ROWS - 1.0)), law->tangential, hertz);
-    return all;
+    struct mill_soft_damping *d = mill_memory_take(memory, MILL_SOFT_ROWS, sizeof *d);
+    for (int k = 0; d && k < MILL_SOFT_ROWS; k++)
+        d[k] = damp(mix(MILL_SOFT_LEAST, 1.0, k / (MILL_SOFT_ROWS - 1.0)), law->tangential, hertz);
+    return d;
 }
 
 struct mill_soft_spring *mill_soft_springs(struct mill_world *w, struct mill_memory_pool *memory)
 {
     const int species = w->species_count;
-    const size_t pairs = (size_t)species * (size_t)species;
+    const size_t pairs = (size_t)species * (size_t)species, kinds = (size_t)w->kinds.count;
     const bool hertz = w->soft.hertz;
-    struct mill_soft_spring *all =
-        mill_memory_take(memory, pairs * (size_t)w->kinds.count, sizeof *all);
+    struct mill_soft_spring *all = mill_memory_take(memory, pairs * kinds, sizeof *all);
     struct mill_law last = {-1.0, 0.0, 0.0};
     struct mill_soft_damping damping = {0.0, 0.0, 0.0, 0.0};
     w->soft_facts.speed = find_speed(w);

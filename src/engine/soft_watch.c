@@ -10,7 +10,7 @@
 
 enum { ROUNDS = 400 }; /* of moving balls apart */
 enum { ROW = 10 };     /* numbers of a ball in a sample */
-#define CLOSED 1e-7    /* of the largest radius */
+#define CLOSED 1e-7    /* of the largest radius: smaller overlaps count as none */
 #define MOST 1e12      /* upper limit of places, speeds and spins */
 
 void mill_soft_watch_springs(struct mill_soft *s, double interval, const double shear[2],
@@ -259,17 +259,11 @@ enum mill_status mill_soft_watch_sample(struct mill_soft *s, double time,
 
 /* ---- balls moved apart ---- */
 
-/* [m] smaller overlaps count as none */
-static double closed(const struct mill_soft *s)
-{
-    return CLOSED * s->thickest;
-}
-
 /* Collects how far two move apart, and a bit more: half an overlap each, or all at a surface */
 static void part(struct mill_soft *s, struct mill_soft_part *p, const struct mill_soft_meeting *m,
                  struct mill_soft_touch *t)
 {
-    const double far = m->depth + 0.5 * closed(s), share = t->b < 0 ? 1.0 : 0.5;
+    const double far = m->depth + 0.5 * CLOSED * s->thickest, share = t->b < 0 ? 1.0 : 0.5;
     (void)p;
     for (int k = 0; k < (t->b < 0 ? 1 : 2); k++) {
         vec3 *shift = &s->load[s->slot[k ? t->b : t->a]].force;
@@ -281,23 +275,24 @@ static void part(struct mill_soft *s, struct mill_soft_part *p, const struct mil
 double mill_soft_watch_part(struct mill_soft *s)
 {
     const size_t n = (size_t)s->world->balls;
+    const double closed = CLOSED * s->thickest;
     double left = INFINITY;
     bool good = true;
     s->watch->touch = part;
-    for (int round = 0; round < ROUNDS && good && left > closed(s); round++) {
+    for (int round = 0; round < ROUNDS && good && left > closed; round++) {
         memset(s->load, 0, n * sizeof *s->load);
         memset(s->look, 0, n * sizeof *s->look); /* they may be anywhere */
         memset(s->due, 0, n * (size_t)s->world->shapes * sizeof *s->due);
         s->watch->deepest = 0.0;
         good = mill_soft_list(s) && mill_soft_do(s, mill_soft_press);
         left = s->watch->deepest;
-        for (int32_t i = 0; i < s->world->balls && left > closed(s); i++)
+        for (int32_t i = 0; i < s->world->balls && left > closed; i++)
             s->place[i].r = vec3_add(s->place[i].r, s->load[i].force);
     }
     s->watch->touch = touch;
     s->watch->deepest = 0.0;
     mill_soft_forget(s);
-    return !good ? (double)NAN : left > closed(s) ? left : 0.0;
+    return !good ? (double)NAN : left > closed ? left : 0.0;
 }
 
 void mill_soft_watch_state(const struct mill_soft *s, double *state)

@@ -98,10 +98,9 @@ static bool drop_all(struct pack *p, double scale)
     mill_fill_grids_clear(&p->grids);
     for (int32_t dropped = 0; dropped < w->balls;) {
         double a = 0.0; /* the next smaller radius */
-        for (int k = 0; k < w->species_count; k++) {
+        for (int k = 0; k < w->species_count; k++)
             if (w->species[k].radius < last)
                 a = fmax(a, w->species[k].radius);
-        }
         for (int32_t i = 0; i < w->balls; i++) {
             if (p->grids.place[i].radius != a)
                 continue;

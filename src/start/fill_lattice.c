@@ -15,8 +15,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* About the number of points of the lattice; the minimum along an axis; more than its halvings */
-enum { POINTS = 200000, FEWEST = 8, HALVINGS = 64 };
+/* Points of the lattice, about; least along an axis; more than its halvings; cells taken singly */
+enum { POINTS = 200000, FEWEST = 8, HALVINGS = 64, BLOCK = 64 };
 #define CLASS_RATIO 1.5 /* largest over smallest diameter of the balls in one grid */
 
 /* ---- the room ---- */
@@ -42,10 +42,27 @@ static vec3 centre_of(const struct mill_cells *l, const int32_t at[3])
                      l->lo.z + (at[2] + 0.5) * l->side[2]);
 }
 
-/* Notes for the cells from `first` to `last` which of the first `count` surfaces of `near` are
- * nearer than `reach` to their centres. `deep`: the surfaces that all the centres are behind.
- * Behind the first `count` of `near` there is room for those of its halves: few are in reach of a
- * box of cells, and of most boxes none. Returns how many centres are clear of all surfaces. */
+/* Notes for a cell which of the first `count` surfaces of `near` are nearer than `reach` to its
+ * centre. Is the centre clear of all surfaces? */
+static bool look_at(struct mill_fill_room *room, const int32_t at[3], double reach, uint64_t deep,
+                    const int *near, int count)
+{
+    const vec3 centre = centre_of(&room->lattice, at);
+    uint64_t mask = deep;
+    bool clear = deep == 0;
+    for (int i = 0; i < count; i++) {
+        const int k = near[i];
+        const double gap = mill_shape_gap(room->world->shape[k], centre, 0.0, &room->pose[k]);
+        mask |= (uint64_t)(gap < reach) << k % 64;
+        clear = clear && gap > 0.0;
+    }
+    room->near[(at[0] * room->lattice.n[1] + at[1]) * room->lattice.n[2] + at[2]] = mask;
+    return clear;
+}
+
+/* The same for the cells from `first` to `last`. `deep`: the surfaces that all the centres are
+ * behind. Behind the first `count` of `near` there is room for those of its halves: few are in
+ * reach of a box of cells, and of most boxes none. Returns the number of clear centres. */
 static size_t look_around(struct mill_fill_room *room, const int32_t first[3],
                           const int32_t last[3], double reach, uint64_t deep, int *near, int count)
 {
@@ -53,25 +70,24 @@ static size_t look_around(struct mill_fill_room *room, const int32_t first[3],
     const vec3 middle = vec3_scale(vec3_add(lo, hi), 0.5);
     const double size = 0.501 * vec3_norm(vec3_sub(hi, lo));
     size_t cells = 1, inside = 0;
-    uint64_t mask = 0;
     int left = 0;
     for (int axis = 0; axis < 3; axis++)
         cells *= (size_t)(last[axis] - first[axis] + 1);
     for (int i = 0; i < count; i++) {
         const int k = near[i];
         const double gap = mill_shape_gap(room->world->shape[k], middle, 0.0, &room->pose[k]);
-        mask |= (uint64_t)(gap < reach + size) << k % 64;
         if (gap <= -size)
             deep |= (uint64_t)1 << k % 64;
         else if (gap < reach + size)
             near[count + left++] = k;
     }
-    if (cells == 1 || left == 0) {
-        for (int32_t x = first[0]; x <= last[0]; x++)
-            for (int32_t y = first[1]; y <= last[1]; y++)
-                for (int32_t z = first[2]; z <= last[2]; z++)
-                    room->near[(x * room->lattice.n[1] + y) * room->lattice.n[2] + z] = mask | deep;
-        return deep == 0 ? cells : 0;
+    if (cells <= BLOCK || left == 0) {
+        int32_t at[3];
+        for (at[0] = first[0]; at[0] <= last[0]; at[0]++)
+            for (at[1] = first[1]; at[1] <= last[1]; at[1]++)
+                for (at[2] = first[2]; at[2] <= last[2]; at[2]++)
+                    inside += look_at(room, at, reach, deep, near + count, left);
+        return inside;
     }
     for (int part = 0; part < 8; part++) {
         int32_t from[3], to[3];
@@ -132,10 +148,9 @@ bool mill_fill_room_clear(const struct mill_fill_room *room, vec3 r, double radi
     const uint64_t mask = room->near[mill_cells_at(&room->lattice, r)];
     if (!(gap_to_end(w, r, radius) > 0.0))
         return false;
-    for (int k = 0; mask && k < w->shapes; k++) {
+    for (int k = 0; mask && k < w->shapes; k++)
         if (mask >> k % 64 & 1 && !(mill_shape_gap(w->shape[k], r, radius, &room->pose[k]) > 0.0))
             return false;
-    }
     return true;
 }
 
