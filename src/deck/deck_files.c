@@ -139,8 +139,7 @@ static const char *find_mend(const struct mill_deck_rows *rows, const char *row)
                : "";
 }
 
-/* Reads the next row with numbers; returns how many. 0: end of the file; -1: other text, too many
- */
+/* Reads the next row with numbers; returns how many. 0: the file ends; -1: no numbers, too many */
 static int next_numbers(const struct mill_deck_rows *rows, FILE *in, long *line,
                         double value[COLUMNS + 1], const char **mend)
 {

@@ -72,8 +72,7 @@ const struct mill_deck_block *mill_deck_table_find(const char *title);
 
 /* ---- suggestions for wrong names (deck_suggest.c) ---- */
 
-/* Number of edits that turn `text` into `word`; MILL_DECK_MOST_EDITS: too many for a typing error
- */
+/* Number of edits that turn `text` into `word`; MILL_DECK_MOST_EDITS: more than a third */
 int mill_deck_suggest_edits(const char *word, const char *text);
 
 /* Sets hint to "; did you mean ...?" or a similar text for a wrong section (name: NULL) or key.
@@ -277,8 +276,7 @@ void mill_deck_lining_warn(const struct mill_deck *deck);
 /* [m] the maximum height of buckles up to which all profiles are valid; at most the radius */
 double mill_deck_lining_highest(int buckles, double radius);
 
-/* The rotor and the [motion.NAME], carriers first, and the motion of the drum; the critical speed
- */
+/* Rotor and [motion.NAME], carriers first, and the drum's motion; shares of the critical speed */
 void mill_deck_motions_list(struct mill_deck *deck);
 void mill_deck_motions_turn(struct mill_deck *deck);
 

@@ -50,8 +50,7 @@ static struct seat seat_of(const struct wall *w, vec3 q, vec3 axis, double radiu
     return s;
 }
 
-/* A ball relative to the body, in a frame that turns with its axis: the laboratory, if this does
- * not. */
+/* A ball relative to the body, in a frame that turns with its axis; this may be the laboratory. */
 struct sight {
     vec3 q, u, axis; /* [m] from the centre, [m/s], unit */
     struct mill_seen seen;
