@@ -78,9 +78,12 @@ static struct nearest find_nearest(const struct mill_contour *c, const struct mi
 static struct mill_contact meet(const struct mill_contour *c, vec3 n, double d, vec3 centre,
                                 double radius, const struct mill_pose *pose)
 {
-    const vec3 own = turn_out(c, n.x, n.y, n.z);
     const bool moves = c->body.convex.base.motion;
-    return mill_shape_touch(centre, d, moves ? mill_pose_turn_out(pose, own) : own, radius, pose);
+    const vec3 own = turn_out(c, n.x, n.y, n.z), none = {0.0, 0.0, 0.0};
+    const vec3 normal = moves ? mill_pose_turn_out(pose, own) : own;
+    const vec3 point = vec3_axpy(centre, -d, normal);
+    return (struct mill_contact){normal, point, moves ? mill_pose_velocity(pose, point) : none,
+                                 d - radius};
 }
 
 static struct mill_contact contact(const struct mill_shape *shape, vec3 centre, double radius,
