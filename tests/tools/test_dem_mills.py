@@ -96,6 +96,23 @@ turn_by = 120 deg
 turn_about = 1 0 0
 kind = ball_blade
 """,
+    "slice of a drum with lifters": """\
+[motion.roll]
+kind = turn
+axis = 1 0 0
+speed = 500 rpm
+[drum]
+radius = 22 mm
+length = 20 mm
+ends = periodic
+motion = roll
+profile = lifters
+lifters = 4
+lifter_height = 5 mm
+lifter_width = 4 mm
+lifter_front = 20 deg
+lifter_rounding = 0 mm
+""",
     "paddle in a box": """\
 [motion.shaft]
 kind = swing

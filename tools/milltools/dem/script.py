@@ -62,7 +62,8 @@ def fill(deck, model, damped, steps, row, states_every, walls, **mill):
         keep_trailing_newline=True,
     )
     environment.filters["g"] = digits
-    nothing = {"frame": None, "meshes": (), "driven": (), "columns": (), "shafts": (), "sampled": STEPS_PER_SAMPLE}
+    nothing = {"frame": None, "meshes": (), "driven": (), "columns": (), "shafts": (), "sampled": STEPS_PER_SAMPLE,
+               "periodic": False}  # fmt: skip
     return environment.get_template("in.mill.jinja").render(
         nothing | mill, model=model, damped=damped, steps=steps, row=row, states_every=states_every, walls=walls,
         types=types(deck), species_count=len(deck.species), skin=0.3 * max(kind.diameter for kind in deck.species),
@@ -84,7 +85,7 @@ def write(folder, deck, model, damped, steps, begin, state, told=True, states_ev
     for mesh in meshes:
         (folder / mesh.file).write_text(stl(mesh.triangles))
     columns = ["f_rotor[4]"] * bool(deck.blades) + [f"v_power_{name}" for name in driven]
-    mill = {"begin": begin, "frame": setup.frame, "meshes": meshes, "driven": driven}
+    mill = {"begin": begin, "frame": setup.frame, "meshes": meshes, "driven": driven, "periodic": deck.periodic}
     if told:
         mill |= {"columns": columns, "shafts": setup.shafts}
     row = model.samples_per_row * STEPS_PER_SAMPLE

@@ -72,8 +72,11 @@ class Setup:
 
     def __init__(self, deck):
         self.deck = deck
-        if deck.periodic:
-            raise UserError(f"{deck.path}: [drum] ends: mill dem needs end walls: set 'ends = walls'")
+        if deck.periodic and (deck.bodies or deck.blades):
+            raise UserError(
+                f"{deck.path}: [drum] ends: with periodic ends mill dem can run a drum with its profile and a shaft, but "
+                "no blades and bodies, which LIGGGHTS would cut there: set 'ends = walls'"
+            )
         inside = [name for name in deck.bodies if deck.value(f"body.{name}.side") == "inside"]
         self.vessel = inside[0] if inside else ""
         self.place = f"body.{self.vessel}" if self.vessel else "drum"
@@ -92,7 +95,7 @@ class Setup:
         self.walls = self._container() + self._rotor()
         for name in deck.bodies:
             self.walls += self._body(name) if name != self.vessel else []
-        self.half += max(kind.diameter for kind in deck.species)
+        self.half[deck.periodic :] += max(kind.diameter for kind in deck.species)
         self.speed = self._fastest()
         rubs = deck.contact(deck.kinds[SHAFT]).friction > 0
         self.shafts = [name for wall in self.walls if wall.kind == SHAFT and rubs for name, *_ in wall.primitives]
@@ -136,11 +139,13 @@ class Setup:
                     "it swings about its own axis: the surface of LIGGGHTS' round walls can only turn at a constant "
                     "speed"
                 )
-            self.half[1:] = 4.5 * radius if rubs[1] else radius  # with large facets at the ends
+            self.half[1:] = 4.5 * radius if rubs[1] and not deck.periodic else radius  # with large facets at the ends
         rolling = [radius - kind.diameter / 2 for kind in deck.species] if spin and rubs[0] else ()
         walls = [cylinder(kinds[0], "drum", radius, spin, rolling)] if mantle else []
         walls += [Wall(kinds[0], (), spin, sides)] if len(sides) else []
-        return [*walls, ends(kinds[1], length / 2, spin, radius if spin and rubs[1] else None)]
+        if not deck.periodic:
+            walls.append(ends(kinds[1], length / 2, spin, radius if spin and rubs[1] else None))
+        return walls
 
     # ---- bodies in the container
 
