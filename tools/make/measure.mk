@@ -16,6 +16,11 @@ validate-dem: ## millsim against LIGGGHTS, some 80 minutes: validation/dem/RESUL
 	@$(MAKE) $(PARALLEL) millsim mill
 	.venv/bin/python validation/dem/validate.py $(if $(KEPT),--kept) $(CASES)
 
+validate-tumbling: ## drums with lifters beside LIGGGHTS and formulas, an hour: validation/tumbling/RESULTS.md (CASES; KEPT=1)
+	@tools/setup --local build dem --python check dem study
+	@$(MAKE) $(PARALLEL) millsim mill
+	.venv/bin/python validation/tumbling/validate.py $(if $(KEPT),--kept) $(CASES)
+
 # studies on all cores
 validate-study: ## the wavy chamber, some 40 minutes: validation/study/RESULTS.md (CASES; KEPT=1)
 	@tools/setup --local build --python check study
@@ -50,4 +55,4 @@ bench-parts: $(filter-out %_engine,$(BENCH)) ## nanoseconds of root finding, cal
 	@set -e; for b in $^; do $$b; done
 
 -include $(addsuffix .d,$(PROBES) $(BENCH))
-.PHONY: validate validate-dem validate-study validate-paper bench bench-peers bench-studio bench-parts
+.PHONY: validate validate-dem validate-tumbling validate-study validate-paper bench bench-peers bench-studio bench-parts

@@ -146,7 +146,7 @@ lowest: build/lowest/made ## make check with the lowest versions of Python packa
 # every step is tried, also after one has failed
 nightly: ## fuzz, test with measured marks, golden, thorough, coverage, mutants, lowest, validate: seven hours
 	@status=0; for step in 'fuzz FUZZ_SECONDS=600' 'test MARKS=1' golden thorough coverage mutants lowest \
-	    validate validate-paper validate-study validate-dem; do \
+	    validate validate-paper validate-study validate-dem validate-tumbling; do \
 	    echo "make $$step"; $(MAKE) --no-print-directory $$step || status=$$?; done; exit $$status
 
 -include $(addsuffix .d,$(FUZZERS)) $(BUILD)/tests/fuzz/replay.d $(BUILD)/tests/fuzz/units_once.d

@@ -1,0 +1,62 @@
+"""Around one of the twelve points: the contact law, two sizes of balls, worn lifters"""
+
+import dataclasses
+
+from charges import MODULUS, SEEDS, claim, claim_errors, listed, verdicts
+from runs import say
+from steady import own_friction
+
+from milltools.dem.model import sticking_restitution
+
+TIME = {"run__time": "10 s"}
+
+
+def law(restitution=0.8, friction=0.3, sticking=None):
+    """Settings of a contact law; sticking: the tangential restitution, by default the one that LIGGGHTS has."""
+    tangential = sticking_restitution(restitution) if sticking is None else sticking
+    return {
+        "contact__restitution": restitution,
+        "contact__friction": friction,
+        "contact__tangential_restitution": round(tangential, 3),
+    }
+
+
+@dataclasses.dataclass(frozen=True)
+class Mill:
+    """A mill beside that of the centre: its name, what it is, its settings and deck."""
+
+    name: str
+    what: str
+    settings: dict = dataclasses.field(default_factory=dict)
+    deck: str = "deck.ini"
+
+
+MILLS = [
+    Mill("e0.3", "e 0.3", law(restitution=0.3)),
+    Mill("e0.5", "e 0.5", law(restitution=0.5)),
+    Mill("e0.9", "e 0.9", law(restitution=0.9)),
+    Mill("mu0.1", "friction 0.1", law(friction=0.1)),
+    Mill("mu0.5", "friction 0.5", law(friction=0.5)),
+    Mill("mu0.7", "friction 0.7", law(friction=0.7)),
+    Mill("sizes", "balls of 22 and 15 mm", deck="sizes.ini"),
+    Mill("worn", "worn lifters", deck="worn.ini"),
+    Mill("elastic", "e 0.3, no dashpot along the surface", law(restitution=0.3, sticking=1)),
+]
+OWN = ("e0.3", "e0.5")  # also with the friction that LIGGGHTS has there
+
+
+def check(case):
+    say("    around 70 % of critical, J 30 %")
+    found = []
+    for mill in MILLS:
+        deck = case.folder / mill.deck
+        soft = case.dem(f"tumbling-{mill.name}", deck, MODULUS, **TIME, **mill.settings)
+        found.append(verdicts([soft], case.seeds(SEEDS, deck, **TIME, **mill.settings)))
+        for verdict in found[-1]:
+            claim(case, verdict, mill.what)
+        if mill.name in OWN:
+            own = own_friction(soft)
+            told = verdicts([soft], case.seeds(SEEDS, deck, **TIME, **mill.settings | own))
+            friction = own["contact__ball_ball__friction"]
+            case.tell(f"{mill.what}, with LIGGGHTS' own friction of {friction:.2f} in single impacts: {listed(told)}.")
+    claim_errors(case, found)
