@@ -370,7 +370,7 @@ REFUSED = {
     ),
     "a body in a slice": (
         "[drum]\nradius = 0.05 m\nlength = 0.04 m\nends = periodic\n[body.bar]\nshape = box\nsize = 0.01 0.01 0.01 m\n",
-        "[drum] ends: with periodic ends mill dem can run a drum with its profile and a shaft, but no blades and bodies",
+        "[drum] ends: with periodic ends mill dem can run a drum with its profile and a shaft, but no blades",
     ),
 }
 

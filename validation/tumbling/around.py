@@ -3,6 +3,7 @@
 import dataclasses
 
 from charges import MODULUS, SEEDS, claim, claim_errors, listed, verdicts
+from points import FLOOR
 from runs import say
 from steady import own_friction
 
@@ -23,25 +24,30 @@ def law(restitution=0.8, friction=0.3, sticking=None):
 
 @dataclasses.dataclass(frozen=True)
 class Mill:
-    """A mill beside that of the centre: its name, what it is, its settings and deck."""
+    """A mill beside that of the centre: its name, what it is, its settings and deck, and the keys of the quantities
+    that are known to be off as at the points."""
 
     name: str
     what: str
     settings: dict = dataclasses.field(default_factory=dict)
     deck: str = "deck.ini"
+    off: tuple = ()
 
 
 MILLS = [
-    Mill("e0.3", "e 0.3", law(restitution=0.3)),
-    Mill("e0.5", "e 0.5", law(restitution=0.5)),
-    Mill("e0.9", "e 0.9", law(restitution=0.9)),
-    Mill("mu0.1", "friction 0.1", law(friction=0.1)),
-    Mill("mu0.5", "friction 0.5", law(friction=0.5)),
-    Mill("mu0.7", "friction 0.7", law(friction=0.7)),
+    Mill("e0.3", "e 0.3", law(restitution=0.3), off=("kinetic", "shoulder")),
+    Mill("e0.5", "e 0.5", law(restitution=0.5), off=("kinetic", "shoulder")),
+    Mill("e0.9", "e 0.9", law(restitution=0.9), off=("kinetic", "shoulder")),
+    Mill("mu0.1", "friction 0.1", law(friction=0.1), off=("kinetic", "shoulder")),
+    Mill("mu0.5", "friction 0.5", law(friction=0.5), off=("kinetic",)),
+    Mill("mu0.7", "friction 0.7", law(friction=0.7), off=("kinetic",)),
     Mill("sizes", "balls of 22 and 15 mm", deck="sizes.ini"),
-    Mill("worn", "worn lifters", deck="worn.ini"),
-    Mill("elastic", "e 0.3, no dashpot along the surface", law(restitution=0.3, sticking=1)),
+    Mill("worn", "worn lifters", {"run__time": "20 s"}, "worn.ini"),
+    Mill(
+        "elastic", "e 0.3, no dashpot along the surface", law(restitution=0.3, sticking=1), off=("kinetic", "shoulder")
+    ),
 ]
+FLAT = "with two sizes, occupancy along the wall hardly falls where it is half: starts differ by some degrees"
 OWN = ("e0.3", "e0.5")  # also with the friction that LIGGGHTS has there
 
 
@@ -50,13 +56,14 @@ def check(case):
     found = []
     for mill in MILLS:
         deck = case.folder / mill.deck
-        soft = case.dem(f"tumbling-{mill.name}", deck, MODULUS, **TIME, **mill.settings)
-        found.append(verdicts([soft], case.seeds(SEEDS, deck, **TIME, **mill.settings)))
+        own = TIME | mill.settings
+        soft = case.dem(f"tumbling-{mill.name}", deck, MODULUS, **own)
+        found.append(verdicts([soft], case.seeds(SEEDS, deck, **own)))
         for verdict in found[-1]:
-            claim(case, verdict, mill.what)
+            claim(case, verdict, mill.what, known=FLOOR if verdict.quantity.key in mill.off else "")
         if mill.name in OWN:
-            own = own_friction(soft)
-            told = verdicts([soft], case.seeds(SEEDS, deck, **TIME, **mill.settings | own))
-            friction = own["contact__ball_ball__friction"]
+            rubs = own_friction(soft)
+            told = verdicts([soft], case.seeds(SEEDS, deck, **own | rubs))
+            friction = rubs["contact__ball_ball__friction"]
             case.tell(f"{mill.what}, with LIGGGHTS' own friction of {friction:.2f} in single impacts: {listed(told)}.")
-    claim_errors(case, found)
+    claim_errors(case, found, {"shoulder": FLAT})

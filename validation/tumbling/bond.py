@@ -19,8 +19,10 @@ def check(case):
     say("    Bond's mill")
     hard = case.seeds(SEEDS, DECK)
     found = verdicts([case.dem("tumbling-bond", DECK, MODULUS, run__starts=1)], hard)
-    for verdict in found:
+    *claimed, rare = found
+    for verdict in claimed:
         claim(case, verdict, "Bond's mill")
+    case.tell(f"No claim, for they are rare: {rare.hard:.0f} impacts a second above 1 m/s, LIGGGHTS {rare.soft:.0f}.")
     power, scatter = found[0].hard, found[0].scatter / 100 * found[0].soft
     low, high = PUBLISHED
     case.claim(

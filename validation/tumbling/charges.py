@@ -73,8 +73,8 @@ def unit(quantity):
     return "deg" if quantity.unit == "deg" else "%"
 
 
-def claim_errors(case, groups):
-    """Whether the errors are small enough, of lists of Verdicts."""
+def claim_errors(case, groups, known):
+    """Whether the errors are small enough, of lists of Verdicts; known: by quantity, why they are known not to be."""
     for quantity, *found in zip(QUANTITIES, *groups, strict=True):
         case.bound(
             f"largest standard error of {quantity.name}",
@@ -82,6 +82,7 @@ def claim_errors(case, groups):
             LARGEST_ERROR * quantity.band,
             unit=unit(quantity),
             against="a third of the band",
+            known=known.get(quantity.key, ""),
         )
 
 

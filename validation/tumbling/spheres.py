@@ -1,29 +1,44 @@
-"""What hard spheres do here: smaller rebound floors, millsim's own soft spheres, and stiffer ones in LIGGGHTS"""
+"""What hard spheres do: smaller rebound floors, millsim's own soft spheres, and stiffer ones in LIGGGHTS"""
 
 import numpy as np
 from charges import DECK, QUANTITIES, Charge, claim, unit, verdicts
-from points import CENTRE, run_of_liggghts, settings
+from points import CENTRE, POINTS, run_of_liggghts, settings
 from runs import say
 
 TIME = {"run__time": "10 s"}
-FLOORS = {"10 mm/s": 4, "4 mm/s": 2}  # starts
-SOFT = {"1 GPa": 3, "10 GPa": 2}
+SOFT = {"run__spheres": "soft"}
+# point, settings of millsim, starts, in words
+MILLS = [
+    (CENTRE, {"contact__rebound_floor": "10 mm/s"}, 4, "rebound floor of 10 mm/s"),
+    (CENTRE, {"contact__rebound_floor": "4 mm/s"}, 2, "rebound floor of 4 mm/s"),
+    ((90, 40), {"contact__rebound_floor": "4 mm/s"}, 2, "rebound floor of 4 mm/s"),
+    (CENTRE, SOFT | {"soft__modulus": "10 GPa"}, 2, "millsim's soft spheres of 10 GPa"),
+]
 STIFF, STIFF_TIME = "1e10", {"run__time": "8 s"}  # a second takes three times as long
 
 
 def check(case):
     say("    rebound floor and soft spheres")
-    centre = settings(*CENTRE)
-    soft = run_of_liggghts(case, *CENTRE)
-    for floor, starts in FLOORS.items():
-        paths = case.seeds(starts, DECK, **TIME, **centre, contact__rebound_floor=floor)
-        for verdict in verdicts([soft], paths):
-            claim(case, verdict, f"rebound floor of {floor}")
-    for modulus, starts in SOFT.items():
-        own = {"run__spheres": "soft", "soft__modulus": modulus}
-        for verdict in verdicts([soft], case.seeds(starts, DECK, **TIME, **centre, **own)):
-            claim(case, verdict, f"soft spheres of millsim, {modulus}")
-    stiff, soft = Charge(case.dem("tumbling-stiff", DECK, STIFF, **centre, **STIFF_TIME)), Charge(soft)
+    for point, own, starts, what in MILLS:
+        paths = case.seeds(starts, DECK, **TIME, **settings(*point), **own)
+        for verdict in verdicts([run_of_liggghts(case, *point)], paths):
+            claim(case, verdict, f"{point[0]} %, J {point[1]} %, {what}")
+    own = SOFT | {"soft__modulus": "1 GPa"}
+    found = {
+        point: verdicts([run_of_liggghts(case, *point)], case.seeds(2, DECK, **TIME, **settings(*point), **own))
+        for point in POINTS
+    }
+    for k in range(len(QUANTITIES)):
+        worst = max(POINTS, key=lambda point, k=k: abs(found[point][k].off))
+        what = f"{worst[0]} %, J {worst[1]} %, millsim's soft spheres of 1 GPa"
+        claim(case, found[worst][k], what, " (largest of 12)")
+    stiffer(case)
+
+
+def stiffer(case):
+    """LIGGGHTS with ten times the stiffness beside its own run."""
+    stiff = Charge(case.dem("tumbling-stiff", DECK, STIFF, **settings(*CENTRE), **STIFF_TIME))
+    soft = Charge(run_of_liggghts(case, *CENTRE))
     for quantity in QUANTITIES:
         one, other = stiff.values[quantity.key], soft.values[quantity.key]
         scale = 1 if quantity.unit == "deg" else 100 / other

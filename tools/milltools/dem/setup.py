@@ -74,8 +74,8 @@ class Setup:
         self.deck = deck
         if deck.periodic and (deck.bodies or deck.blades):
             raise UserError(
-                f"{deck.path}: [drum] ends: with periodic ends mill dem can run a drum with its profile and a shaft, but "
-                "no blades and bodies, which LIGGGHTS would cut there: set 'ends = walls'"
+                f"{deck.path}: [drum] ends: with periodic ends mill dem can run a drum with its profile and a shaft, "
+                "but no blades and bodies, which LIGGGHTS would cut there: set 'ends = walls'"
             )
         inside = [name for name in deck.bodies if deck.value(f"body.{name}.side") == "inside"]
         self.vessel = inside[0] if inside else ""
