@@ -42,12 +42,13 @@ MILLS = [
     Mill("mu0.5", "friction 0.5", law(friction=0.5), off=("kinetic",)),
     Mill("mu0.7", "friction 0.7", law(friction=0.7), off=("kinetic",)),
     Mill("sizes", "balls of 22 and 15 mm", deck="sizes.ini"),
-    Mill("worn", "worn lifters", {"run__time": "20 s"}, "worn.ini"),
+    Mill("worn", "worn lifters", {"run__time": "20 s"}, "worn.ini", ("kinetic",)),
     Mill(
         "elastic", "e 0.3, no dashpot along the surface", law(restitution=0.3, sticking=1), off=("kinetic", "shoulder")
     ),
 ]
 FLAT = "with two sizes, occupancy along the wall hardly falls where it is half: starts differ by some degrees"
+FEW = "one run of LIGGGHTS has some 3000 of them in its 7 to 17 s, and they come in groups"
 OWN = ("e0.3", "e0.5")  # also with the friction that LIGGGHTS has there
 
 
@@ -66,4 +67,4 @@ def check(case):
             told = verdicts([soft], case.seeds(SEEDS, deck, **own | rubs))
             friction = rubs["contact__ball_ball__friction"]
             case.tell(f"{mill.what}, with LIGGGHTS' own friction of {friction:.2f} in single impacts: {listed(told)}.")
-    claim_errors(case, found, {"shoulder": FLAT})
+    claim_errors(case, found, {"shoulder": FLAT, "fast": FEW})

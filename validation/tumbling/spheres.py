@@ -7,22 +7,24 @@ from runs import say
 
 TIME = {"run__time": "10 s"}
 SOFT = {"run__spheres": "soft"}
-# point, settings of millsim, starts, in words
+# point, settings of millsim, starts, in words, keys of the quantities that are known to be off
 MILLS = [
-    (CENTRE, {"contact__rebound_floor": "10 mm/s"}, 4, "rebound floor of 10 mm/s"),
-    (CENTRE, {"contact__rebound_floor": "4 mm/s"}, 2, "rebound floor of 4 mm/s"),
-    ((90, 40), {"contact__rebound_floor": "4 mm/s"}, 2, "rebound floor of 4 mm/s"),
-    (CENTRE, SOFT | {"soft__modulus": "10 GPa"}, 2, "millsim's soft spheres of 10 GPa"),
+    (CENTRE, {"contact__rebound_floor": "10 mm/s"}, 4, "rebound floor of 10 mm/s", ("kinetic",)),
+    (CENTRE, {"contact__rebound_floor": "4 mm/s"}, 2, "rebound floor of 4 mm/s", ()),
+    ((90, 40), {"contact__rebound_floor": "4 mm/s"}, 2, "rebound floor of 4 mm/s", ("fast",)),
+    (CENTRE, SOFT | {"soft__modulus": "10 GPa"}, 2, "millsim's soft spheres of 10 GPa", ()),
 ]
+STILL = "this floor, too, is too large for balls of one size on lifters"
 STIFF, STIFF_TIME = "1e10", {"run__time": "8 s"}  # a second takes three times as long
 
 
 def check(case):
     say("    rebound floor and soft spheres")
-    for point, own, starts, what in MILLS:
+    for point, own, starts, what, off in MILLS:
         paths = case.seeds(starts, DECK, **TIME, **settings(*point), **own)
         for verdict in verdicts([run_of_liggghts(case, *point)], paths):
-            claim(case, verdict, f"{point[0]} %, J {point[1]} %, {what}")
+            known = STILL if verdict.quantity.key in off else ""
+            claim(case, verdict, f"{point[0]} %, J {point[1]} %, {what}", known=known)
     own = SOFT | {"soft__modulus": "1 GPa"}
     found = {
         point: verdicts([run_of_liggghts(case, *point)], case.seeds(2, DECK, **TIME, **settings(*point), **own))
