@@ -12,6 +12,7 @@ MILLS = [
     (CENTRE, {"contact__rebound_floor": "10 mm/s"}, 4, "rebound floor of 10 mm/s", ("kinetic",)),
     (CENTRE, {"contact__rebound_floor": "4 mm/s"}, 2, "rebound floor of 4 mm/s", ()),
     ((90, 40), {"contact__rebound_floor": "4 mm/s"}, 2, "rebound floor of 4 mm/s", ("fast",)),
+    ((90, 20), {"contact__rebound_floor": "4 mm/s"}, 2, "rebound floor of 4 mm/s", ("power", "toe")),
     (CENTRE, SOFT | {"soft__modulus": "10 GPa"}, 2, "millsim's soft spheres of 10 GPa", ()),
 ]
 STILL = "this floor, too, is too large for balls of one size on lifters"
