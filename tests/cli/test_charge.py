@@ -215,3 +215,21 @@ def test_threads_do_not_change_the_charge(tmp_path):
             "balls.bulk_fill=8 %", "balls.diameter=8 mm", "run.time=0.3 s", "run.sample_from=0.1 s")  # fmt: skip
     files = [run(tmp_path, *sets, f"run.threads={n}", name=f"threads{n}")[0].filename for n in (1, 2)]
     assert differences(*files, (*OWN, "/deck/run/threads", "/deck/text")) == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "sets, noted",
+    [
+        ((), True),
+        (("motion.turn.speed=70 % critical",), False),
+        (("balls.sizes=bond", "balls.smallest=12 mm", "balls.classes=2"), False),
+        (("run.spheres=soft", "soft.modulus=10 MPa"), False),
+    ],
+)
+def test_a_charge_of_one_size_that_the_wall_carries_nearly_to_the_top_is_noted(tmp_path, sets, noted):
+    fast = ("run.starts=1", "run.time=2 s", "run.sample_from=1 s", "motion.turn.speed=92 % critical")
+    file, _ = run(tmp_path, *fast, "balls.bulk_fill=25 %", *sets, deck=(INPUT / "ballmill.ini").read_text())
+    with file:
+        assert ("the wall carries the charge" in str(file["run/notes"].asstr()[()])) == noted
+        assert known(file, "shoulder")[0] > math.radians(140)
