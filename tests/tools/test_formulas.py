@@ -15,13 +15,14 @@ from test_expression import results
 from milltools.base.errors import UserError
 from milltools.dose import dose, wear
 from milltools.read.expression import parsed
+from milltools.read.deck import Deck
 from milltools.read.runfile import Run
 from milltools.read.values import tell
 from milltools.study.plan import designs, formulas, job, probe, ranges
 from milltools.study.plan.study_deck import Study
 from milltools.study.search import acquisition, search
 from milltools.study.search.space import Space
-from milltools.study.show import page
+from milltools.study.show import optimum, outputs, page
 from milltools.study.show.data import StudyView, opened
 
 pytestmark = pytest.mark.usefixtures("the_program")
@@ -326,6 +327,27 @@ def test_settings_of_a_design_have_vectors_and_keys_that_follow(swept):
         "blades.count=2", "balls.count=16", "gravity.acceleration=0 -3.0 -9.81 m/s^2",
         f"blades.angle_step={math.pi!r} rad",
     ]  # fmt: skip
+
+
+@pytest.mark.slow
+def test_the_best_design_of_a_study_with_vectors_and_keys_that_follow_is_a_deck(swept):
+    done = run_mill(swept[0], "study", "a.parquet", "--deck", "best.ini")
+    assert done.returncode == 0, done.stderr
+    best, found = opened(str(swept[0] / "a.parquet"))[1], Deck.check(swept[0] / "best.ini")
+    design = optimum.find(best, best.objectives[0]).design
+    line = best.rows.iloc[np.flatnonzero(best.design_of == design)[0]]
+    assert found.number("blades.angle_step") == pytest.approx(math.tau / line["blades.count"])
+    assert found.numbers("gravity.acceleration") == [0, line["gravity.acceleration.2"], -9.81]
+
+
+def test_a_wall_that_cannot_be_drawn_is_told(monkeypatch, capfd):
+    frame = pd.DataFrame({"drum.buckles": [2, 3]})
+    rows, meta = made(frame, [vary("drum.buckles", [2, 3])], {SPEED: ("maximise", np.ones(2))})
+    shown = StudyView("x", meta | {"common": {"drum.profile": "file", "drum.file": "mine.txt"}}, rows)
+    assert outputs._shaped(shown, shown.objectives[0]) is None
+    assert capfd.readouterr().err == (
+        "mill study: note: no picture of the wall of the best design: its deck names the file mine.txt\n"
+    )
 
 
 @pytest.mark.slow

@@ -436,9 +436,9 @@ def settings(view, design, words=()) -> list[str]:
 def common(view) -> dict[str, str]:
     """{section.key: text} of what all designs have. `settings` belong to it as `millsim --set` takes them: a varied
     balls.fill replaces a balls.count."""
-    keys = view.meta.get("common") or {}
-    own = {key: text for key, text in keys.items() if "." in key and not key.startswith("study.")}
-    return {key: text for key, text in own.items() if text != VARIED}
+    keys, own = view.meta.get("common") or {}, {one.partition("=")[0] for one in settings(view, 0)}
+    shared = {key: text for key, text in keys.items() if "." in key and not key.startswith("study.")}
+    return {key: text for key, text in shared.items() if key not in own and text != VARIED}
 
 
 @contextlib.contextmanager

@@ -1,12 +1,12 @@
 """A study as files: pictures, one page, CSV."""
 
-import contextlib
 import functools
 import math
 import pathlib
 
 from milltools.base.errors import UserError
 from milltools.base.files import whole, write_csv, write_text
+from milltools.base.progress import say
 from milltools.base.text import plain, spoken_unit
 from milltools.contour import picture
 from milltools.figures import style
@@ -61,12 +61,15 @@ def best_deck(view, objective):
 
 
 def _shaped(view, objective):
-    """The Deck of the best design, if keys of its drum are varied and it is no circle."""
-    if not any(axis.key.startswith("drum.") for axis in view.axes):
+    """The Deck of the best design, if keys of its drum are varied and it is no circle; a note where it has none."""
+    if not any(axis.key.startswith("drum.") for axis in view.axes) or optimum.find(view, objective) is None:
         return None
-    with contextlib.suppress(UserError):
+    try:
         deck = best_deck(view, objective)
         return deck if "drum" in deck.contours else None
+    except UserError as fault:
+        say("mill study", f"note: no picture of the wall of the best design: {fault}")
+        return None
 
 
 def _wall(view, objective, deck):
@@ -88,16 +91,17 @@ def draw(table, path):
 def write(asked, view, *more, **options) -> list[str]:
     """Writes the requested files, {kind: path}; returns the names of the page and of the pictures: one PDF for all, or
     one file each."""
+    kinds = functools.cache(lambda: list(figures(view, *more, **options)))
     if "csv" in asked:
         csv(view, asked["csv"], *more[:1])
     if "html" in asked:
-        write_text(asked["html"], _page(view, *more, **options))
+        write_text(asked["html"], _page(view, more[0], kinds(), options))
     if "deck" in asked:
         what = f"# Best design of the study {plain(view.name)}, by {more[0].words}"
         write_text(asked["deck"], f"{what}\n{best_deck(view, more[0]).text}")
     names = [asked["html"]] if "html" in asked else []
     for path in (pathlib.Path(asked[kind]) for kind in ("png", "svg") if kind in asked):
-        for name, _, _, make in figures(view, *more, **options):
+        for name, _, _, make in kinds():
             names.append(str(path.with_name(f"{path.stem}-{name}{path.suffix}")))
             style.save(make(), names[-1], DOTS)
     if "pdf" in asked:
@@ -105,7 +109,7 @@ def write(asked, view, *more, **options) -> list[str]:
 
         names.append(asked["pdf"])
         with whole(names[-1]) as draft, PdfPages(draft, metadata={"CreationDate": None}) as sheets:
-            for *_, make in figures(view, *more, **options):
+            for *_, make in kinds():
                 sheets.savefig(make())
     return names
 
@@ -136,8 +140,7 @@ def csv(view, path, objective=None):
     write_csv(path, heads, rows.itertuples(index=False))
 
 
-def _page(view, objective, sensitivities=(), beside=None, wanted=None, quiet=False, **options) -> str:
+def _page(view, objective, kinds, options) -> str:
     from milltools.study.show import page  # with the player, which the other files do not need
 
-    kinds = list(figures(view, objective, sensitivities, beside=beside, wanted=wanted, **options))
-    return page.render(view, objective, kinds, beside, wanted, quiet)
+    return page.render(view, objective, kinds, options.get("beside"), options.get("wanted"), quiet=False)
