@@ -63,7 +63,7 @@ def test_areas_of_circles_squares_and_arcs_are_exact():
     assert Contour(CIRCLE).area == pytest.approx(math.pi, rel=1e-15)
     assert Contour(CIRCLE).length == pytest.approx(2 * math.pi, rel=1e-15)
     assert Contour(MIXED).area == pytest.approx(MIXED_AREA, rel=1e-14)
-    assert np.array_equal(Contour(CIRCLE).box, [[-1, -1], [1, 1]])
+    assert Contour(CIRCLE).box == pytest.approx(np.array([[-1, -1], [1, 1]]), abs=1e-15)
 
 
 @pytest.mark.parametrize("bulge", [1e-9, 1e-3, 0.0299, 0.0301, 0.4, 1.0, 3.0, -0.5])
@@ -170,25 +170,79 @@ def test_a_sound_curve_meets_itself_nowhere(shape):
 @shapes
 def test_the_largest_ball_at_a_place_touches_the_curve_there_and_crosses_it_nowhere(shape):
     where = shares(shape)
-    ball, _ = shape.touching(*where)
+    ball, _, _ = shape.touching(*where)
     centre = shape.points(*where) + ball[:, None] * shape.normals(*where)
     assert shape.gap(centre) == pytest.approx(ball, abs=1e-12)
 
 
 def test_a_fillet_a_slot_and_the_ground_between_walls_are_narrow_and_corners_are_not():
     fillet = Contour([(0.01, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0.01, ROUND)])
-    assert fillet.narrow(0.02) == pytest.approx(np.array([[0.01, 0.01, 0.01]]))
-    assert len(fillet.narrow(0.009)) == 0
+    assert fillet.narrow(0.02)[0] == pytest.approx(np.array([[0.01, 0.01, 0.01]]))
+    assert len(fillet.narrow(0.009)[0]) == 0
     slot = [(1, 0.4, 0), (1.1, 0.4, 0), (1.1, 0.42, 0), (1, 0.42, 0)]
     square = Contour([(0, 0, 0), (1, 0, 0), *slot, (1, 1, 0), (0, 1, 0)])
-    assert square.narrow(0.05)[0, 1:] == pytest.approx([0.41, 0.01])
-    assert len(square.narrow(0.009)) == 0
+    assert square.narrow(0.05)[0][0, 1:] == pytest.approx([0.41, 0.01])
+    assert len(square.narrow(0.009)[0]) == 0
     valley = Contour(
         [(0, 0, 0), (1, 0, 0), (1, 0.4, 0), (1.1, 0.42, 0), (1.1, 0.44, 0), (1, 0.46, 0), (1, 1, 0), (0, 1, 0)]
     )
-    assert valley.narrow(0.03)[0, 2] == pytest.approx(0.01 * math.tan(math.atan2(0.1, -0.02) / 2), rel=1e-6)
+    assert valley.narrow(0.03)[0][0, 2] == pytest.approx(0.01 * math.tan(math.atan2(0.1, -0.02) / 2), rel=1e-6)
     chamfer = Contour([(0.01, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0.01, 0)])
-    assert len(Contour(SQUARE).narrow(0.2)) == len(chamfer.narrow(0.2)) == len(lifters().narrow(0.2)) == 0
+    assert len(Contour(SQUARE).narrow(0.2)[0]) == len(chamfer.narrow(0.2)[0]) == len(lifters().narrow(0.2)[0]) == 0
+
+
+@pytest.mark.parametrize("bulge", [1e-12, 1e-11, 1e-10, 1e-9, 1e-8, 1e-6, 1e-3])
+def test_a_nearly_straight_arc_is_as_far_as_its_chord(bulge):
+    square = np.array([(-1, -2, bulge), (3, -1, -bulge), (2, 3, bulge), (-2, 2, 0)])
+    arcs, lines = Contour(square), Contour(square * [1, 1, 0])
+    points = np.random.default_rng(2).uniform(-4, 5, (500, 2))
+    slack = 3 * bulge + 1e-14  # the arc leaves its chord by half of bulge times chord
+    assert arcs.gap(points) == pytest.approx(lines.gap(points), abs=slack)
+    sizes = [(one.innermost, one.outermost, *one.box.ravel()) for one in (arcs, lines)]
+    assert sizes[0] == pytest.approx(sizes[1], abs=slack)
+    balls = [one.touching(*shares(one))[0] for one in (arcs, lines)]
+    assert balls[0] == pytest.approx(balls[1], rel=30 * bulge + 1e-12)
+
+
+def star(n=4, inner=0.018, outer=0.03):
+    angle, away = np.pi * np.arange(2 * n) / n, np.tile([inner, outer], n)
+    return Contour(np.column_stack([away * np.cos(angle), away * np.sin(angle), 0 * angle]))
+
+
+@pytest.mark.parametrize(
+    "shape, largest",
+    [
+        (star(), 0.018),  # it touches corners only
+        (Contour([(0, 0, 0), (0.03, 0, 0), (0.015, 0.03, 0)]), 0.03 / (1 + math.sqrt(5))),
+        (Contour([(0.1, 0, 0), (0, 1e-7, 0), (-0.1, 0, 0), (0, -1e-7, 0)]), 1e-7),
+        (Contour(CIRCLE), 1.0),
+    ],
+    ids=["star", "triangle", "flat", "circle"],
+)
+def test_a_ball_fits_up_to_the_largest_inner_circle_and_a_larger_one_nowhere(shape, largest):
+    assert [len(part) if part is not None else 0 for part in shape.narrow(0.9999 * largest)] == [0, 0]
+    places, widest = shape.narrow(1.0001 * largest)
+    assert len(places) == 1 and widest[2] == pytest.approx(largest, rel=1e-7)
+    assert shape.gap([widest[:2]]) == pytest.approx(largest, rel=1e-7)
+
+
+@pytest.mark.slow
+def test_the_largest_ball_of_random_curves_is_the_farthest_point_from_them():
+    rng, tried = np.random.default_rng(3), 0
+    while tried < 20:
+        n = rng.integers(3, 20)
+        angle, away = np.sort(rng.uniform(0, 2 * np.pi, n)), rng.uniform(0.3, 1, n)
+        bulge = rng.uniform(-0.9, 0.9, n) * rng.integers(0, 2, n) * rng.choice([1, 1e-9])
+        shape = Contour(np.column_stack([away * np.cos(angle), away * np.sin(angle), bulge]))
+        if len(shape.crossings()) or shape.area < 0.05:
+            continue
+        tried += 1
+        places, widest = shape.narrow(5.0)
+        points = rng.uniform(*shape.box, (4000, 2))
+        assert shape.gap(points).max() <= widest[2] == pytest.approx(shape.gap([widest[:2]])[0], abs=1e-9)
+        places, none = shape.narrow(0.9 * widest[2])
+        assert none is None
+        assert shape.gap(places[:, :2]) == pytest.approx(places[:, 2], abs=1e-9) if len(places) else True
 
 
 def test_a_fine_polygon_becomes_few_arcs_of_the_same_area_within_the_tolerance():
@@ -555,6 +609,21 @@ def test_a_contour_of_more_vertices_than_millsim_reads_is_not_written(drawing, r
     assert refused() == (
         "a.dxf: the contour has 4004 vertices, and millsim reads at most 4000: give a larger --tolerance"
     )
+
+
+def test_a_contour_of_more_vertices_than_millsim_reads_is_not_searched_for_places(mill, tmp_path):
+    angle = 2 * np.pi * np.arange(20_000) / 20_000
+    (tmp_path / "a.txt").write_text("".join(f"{math.cos(a)} {math.sin(a)} 0\n" for a in angle))
+    done = mill("contour", "a.txt", "--ball", "40 mm")
+    line = "mill contour: a.txt: the contour has 20000 vertices, and millsim reads at most 4000\n"
+    assert (done.returncode, done.stdout, done.stderr) == (2, "", line)
+
+
+def test_a_ball_that_fits_nowhere_is_told_with_the_largest_that_fits(mill, tmp_path):
+    (tmp_path / "a.txt").write_text(star().text())
+    said, facts = (mill("contour", "a.txt", "--ball", "40 mm", *more).stdout for more in ((), ("--json",)))
+    assert "a ball of 40 mm fits nowhere; the widest place is (" in said and ": 36 mm fits there" in said
+    assert json.loads(facts)["narrowest"]["diameter"] == pytest.approx(0.036)
 
 
 def test_an_existing_file_is_kept_unless_forced(drawing, mill, tmp_path):

@@ -180,6 +180,17 @@ def test_a_mill_outside_of_a_models_range_is_told_with_the_range():
     assert FORMULA["Austin SAG"].outside(LARGE) == "balls without rock"
 
 
+@pytest.mark.parametrize(
+    "name, fastest", [("Morrell C net", 1.04), ("Morrell C gross", 1.04), ("Morrell E gross", 1.02), ("Bond", 1.23)]
+)
+def test_a_formula_gives_no_power_from_the_speed_on_at_which_it_fails(name, fastest):
+    """With J 40 %: two factors below 0 are no power, nor is a charge that centrifuges."""
+    mill = dataclasses.replace(LARGE, filling=0.4)
+    speeds = np.linspace(0.6, 3, 241)
+    given = np.isfinite([FORMULA[name].of(dataclasses.replace(mill, speed=speed)) for speed in speeds])
+    assert given[speeds < fastest - 0.01].all() and not given[speeds > fastest + 0.01].any()
+
+
 @pytest.mark.parametrize("filling, speed", [(5.0, 0.7), (0.3, 1e-3), (0.3, 5.0), (1e-9, 0.7), (1e300, 1e300)])
 def test_where_a_formula_gives_no_power_there_is_none(filling, speed):
     for model in MODELS:
@@ -204,6 +215,25 @@ def test_a_drum_with_lifters_has_its_own_diameter_and_the_volume_within_its_wall
     assert (found.diameter, found.speed) == (round_one.diameter, round_one.speed)
     assert found.filling == pytest.approx(round_one.filling * math.pi * 0.05**2 / area, rel=1e-12)
     assert found.filling > 1.02 * round_one.filling
+
+
+def test_the_mass_of_balls_is_that_of_the_run_in_every_shape(write_deck, tmp_path, the_program):
+    (tmp_path / "wall.txt").write_text("0.06 0 0\n-0.03 0.04 0.1\n-0.03 -0.04 0\n")
+    lifters = "profile = lifters\nlifters = 6\nlifter_height = 8 mm\nlifter_width = 8 mm\n"
+    for shape in ("", lifters, "profile = file\nfile = wall.txt\n"):
+        text = DRUM.replace("motion = turn\n", f"motion = turn\n{shape}", 1)
+        deck = Deck.check(write_deck(text.replace("diameter = 10 mm", "diameter = 6 mm")))
+        assert drum.mill_of(deck).ball_mass == pytest.approx(40 * math.pi / 6 * 0.006**3 * 7800, rel=1e-9)
+
+
+def test_the_diameter_of_a_contour_from_a_file_is_that_of_a_circle_with_its_area(write_deck, tmp_path, mill):
+    (tmp_path / "wall.txt").write_text("0.06 0 0\n-0.03 0.04 0\n-0.03 -0.04 0\n")
+    text = DRUM.replace("motion = turn\n", "motion = turn\nprofile = file\nfile = wall.txt\n", 1)
+    for radius in ("50 mm", "45 mm"):
+        write_deck(text.replace("radius = 50 mm", f"radius = {radius}").replace("diameter = 10 mm", "diameter = 6 mm"))
+        done = mill("power", "deck.ini")
+        assert "mill            0.0677 m x 0.04 m" in done.stdout, done.stderr
+        assert "D is the diameter of a circle with the area of the contour." in done.stdout
 
 
 def test_a_drum_on_the_rotors_motion_turns_with_the_rotor(write_deck, the_program):

@@ -57,16 +57,16 @@ def run(arguments) -> Answer:
     drawn = pathlib.Path(source).suffix.lower() in (".dxf", ".dwg")
     shape, lines, facts, at = (_from_drawing if drawn else _from_file)(arguments)
     lines += _size(shape, facts, at)
-    places = shape.narrow(ball / 2) if ball else []
+    if len(shape.vertices) > READ and (arguments.output or ball):
+        raise UserError(
+            f"{plain(source)}: the contour has {len(shape.vertices)} vertices, and millsim reads at most {READ}"
+            + ": give a larger --tolerance" * drawn
+        )
+    places, largest = shape.narrow(ball / 2) if ball else ([], None)
     if ball:
-        lines.append(_fit(ball, places, at))
+        lines.append(_fit(ball, places, largest, at))
         narrowest = {"place": places[0, :2], "diameter": 2 * places[0, 2]} if len(places) else None
         facts |= {"ball": ball, "narrow_places": len(places), "narrowest": narrowest}
-    if arguments.output and len(shape.vertices) > READ:
-        raise UserError(
-            f"{plain(source)}: the contour has {len(shape.vertices)} vertices, and millsim reads at most {READ}: "
-            "give a larger --tolerance"
-        )
     if arguments.output:
         unit = facts["unit"]
         made = f"made by mill contour from {pathlib.Path(source).name}, unit {unit}; anticlockwise, the axis at 0 0"
@@ -203,11 +203,13 @@ def _size(shape, facts, at):
     return lines
 
 
-def _fit(ball, places, at):
+def _fit(ball, places, largest, at):
     said = f"a ball of {quantity(ball, 'm', 4)}"
     if not len(places):
         return f"ball       {said} reaches all arcs and slots"
     count = "1000 places or more" if len(places) == 1000 else plural(len(places), "place")
     x, y, radius = places[0]
-    largest = quantity(2 * radius, "m", 4)
-    return f"ball       {said} does not fit at {count}; the narrowest is {at((x, y))}: {largest} fits there"
+    fits = f"{at((x, y))}: {quantity(2 * radius, 'm', 4)} fits there"
+    if largest is not None:
+        return f"ball       {said} fits nowhere; the widest place is {fits}"
+    return f"ball       {said} does not fit at {count}; the narrowest is {fits}"

@@ -42,7 +42,7 @@ def draw(shape, title, ball=None, reach=0.0) -> Figure:
             turn = np.linspace(0, 2 * np.pi, 361)
             way = reach * np.array([np.cos(turn), np.sin(turn)])
             axes.plot(*way, color=INK, lw=0.8, ls=(0, (5, 3)), label="reach of the blades")
-        places = shape.narrow(ball / 2 if ball else size / 20)
+        places = shape.narrow(ball / 2 if ball else size / 20)[0]
         if len(places):
             own = places[:MOST] if ball else places[:1]
             balls = [Circle((x, y), r) for x, y, r in own]

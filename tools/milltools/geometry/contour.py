@@ -22,8 +22,10 @@ MOST_PIECES = 50_000
 LARGEST, BULGE = 1e12, 1e3  # a coordinate; a bulge
 CELLS = 24  # across a contour, for points that are computed together
 AT_ONCE = 2_000_000  # pairs that are computed together
-# cosines of the angle between the normals of two sides: of a slot, of walls with a ground between
-SLOT, WALLS = -0.95, -0.3
+# cosines of the angle between the normals of two sides: at a neck, of a slot, of walls with a ground between
+NECK, SLOT, WALLS = -0.95, -1 + 1e-6, -0.3
+SAME = 1e-6  # balls that differ by less fit alike
+SHARES = np.array([0.05, 0.275, 0.5, 0.725, 0.95])  # where pieces and corners are tried
 
 
 def cross(a, b):
@@ -81,7 +83,9 @@ class Contour:
             self.radius = np.where(self.is_arc, self.width * (1 + bulge**2) / (4 * np.abs(bulge)), np.inf)
             self.unit = self.chord / self.width[:, None]
             away = np.where(self.is_arc, self.width * (1 - bulge**2) / (4 * bulge), 0)
+            self._bend = 4 * bulge / (self.width * (1 + bulge**2))  # curvature, above 0 to the left
         self.centre = (self.start + self.end) / 2 + left(self.unit) * away[:, None]
+        self._middle = (self.start + self.end) / 2 - left(self.unit) * (bulge * self.width / 2)[:, None]
 
     @functools.cached_property
     def area(self) -> float:
@@ -100,28 +104,27 @@ class Contour:
 
     @functools.cached_property
     def _boxes(self):
-        low, high = np.minimum(self.start, self.end), np.maximum(self.start, self.end)
-        for axis in (0, 1):
-            for side, ends, pick in ((-1, low, np.minimum), (1, high, np.maximum)):
-                far = self.centre.copy()
-                far[:, axis] += side * np.where(self.is_arc, self.radius, 0)
-                reach = pick(ends[:, axis], far[:, axis])
-                ends[:, axis] = np.where(self.is_arc & self._beside(slice(None), far), reach, ends[:, axis])
+        low, high, every = np.minimum(self.start, self.end), np.maximum(self.start, self.end), range(len(self.vertices))
+        for way in (0, np.pi / 2, np.pi, 3 * np.pi / 2):  # where pieces go along x or y
+            turn = (way - np.arctan2(self.unit[:, 1], self.unit[:, 0]) + np.pi) % (2 * np.pi) - np.pi
+            with np.errstate(all="ignore"):
+                share = np.where(np.abs(turn) < np.abs(self.sweep) / 2, 0.5 + turn / self.sweep, 0.0)
+            p = self.points(every, share)
+            low, high = np.minimum(low, p), np.maximum(high, p)
         return low, high
 
     @functools.cached_property
     def outermost(self) -> float:
         """Largest distance from the origin [m]."""
-        away = np.hypot(*self.centre.T)
-        with np.errstate(all="ignore"):
-            far = self.centre * (1 + self.radius / away)[:, None]
-            there = self.is_arc & self._beside(slice(None), far)
-        return float(max(np.hypot(*self.start.T).max(), (away + self.radius)[there].max(initial=0)))
+        _, _, there, _ = self._beside(slice(None), np.zeros(2))
+        away = np.hypot(*self.centre.T) + self.radius
+        return float(max(np.hypot(*self.start.T).max(), away[there & self.is_arc].max(initial=0)))
 
     @functools.cached_property
     def innermost(self) -> float:
         """Least distance from the origin [m]."""
-        return float(self._away(np.zeros((1, 2)))[0])
+        least = float(self._away(np.zeros((1, 2)))[0])
+        return least if least < self.outermost * (1 - 1e-14) else self.outermost
 
     @property
     def circle(self) -> bool:
@@ -136,9 +139,17 @@ class Contour:
     def _high(self):
         return self._boxes[1]
 
-    def _beside(self, i, points, slack=0.0):
-        """Whether points are on that side of the chords of pieces i where the arcs are."""
-        return np.sign(self.vertices[i, 2]) * cross(self.unit[i], points - self.start[i]) <= slack
+    def _beside(self, i, points):
+        """Of points, and the lines or circles of pieces i: distance on the left; whether the nearest point, and whether
+        the farthest one of the circle is on the piece; the direction of the normal, a pair along and left of the chord.
+        Without the centre, which is far away for small bulges."""
+        d, bend, unit = points - self._middle[i], self._bend[i], self.unit[i]
+        x, y = (d * unit).sum(axis=-1), cross(unit, d)
+        across, up = -bend * x, 1 - bend * y
+        straight = np.hypot(across, up)
+        within, most = np.abs(x) <= self.width[i] / 2 * straight, np.abs(self.vertices[i, 2]) > 1
+        near, far = (np.where(most, ~within | side, within & side) for side in (up > 0, up < 0))
+        return (2 * y - bend * (x * x + y * y)) / (1 + straight), near, far, (across, up)
 
     # ---- along the contour
 
@@ -189,8 +200,8 @@ class Contour:
         count -= ((q[..., 1] < 0) & (e[..., 1] >= 0) & (left < 0)).sum(axis=1)
         arcs, left = k[self.is_arc[k]], left[:, self.is_arc[k]]
         way = np.sign(self.vertices[arcs, 2])
-        within = np.hypot(*np.moveaxis(p[:, None] - self.centre[arcs], -1, 0)) < self.radius[arcs]
-        return count + np.where(within & (way * left < 0), way, 0).sum(axis=1).astype(int)
+        between = (way * self._beside(arcs, p[:, None])[0] > 0) & (way * left < 0)  # the chord and the arc
+        return count + np.where(between, way, 0).sum(axis=1).astype(int)
 
     def gap(self, points) -> np.ndarray:
         """Distance [m] of points (N, 2) from the contour, below 0 in the solid."""
@@ -203,17 +214,9 @@ class Contour:
         most = np.hypot(*(self.start - (low + high) / 2).T).min() + np.hypot(*(high - low)) / 2
         apart = np.maximum(self._low - high, low - self._high).clip(0)
         k = np.flatnonzero(np.hypot(*apart.T) <= most * (1 + 1e-9))
-        d = p[:, None] - self.start[k]
-        along = np.clip((d * self.unit[k]).sum(axis=-1), 0, self.width[k])
-        away = np.hypot(*np.moveaxis(d - along[..., None] * self.unit[k], -1, 0))
-        arcs, curved = k[self.is_arc[k]], self.is_arc[k]
-        d = p[:, None] - self.centre[arcs]
-        far = np.hypot(d[..., 0], d[..., 1])
-        with np.errstate(all="ignore"):
-            foot = self.centre[arcs] + d * (self.radius[arcs] / far)[..., None]
-        ends = np.minimum(*(np.hypot(*np.moveaxis(p[:, None] - x[arcs], -1, 0)) for x in (self.start, self.end)))
-        away[:, curved] = np.where(self._beside(arcs, foot), np.abs(far - self.radius[arcs]), ends)
-        return away.min(axis=1)
+        away, near, _, _ = self._beside(k, p[:, None])
+        ends = np.hypot(*np.moveaxis(p[:, None] - self.start[k], -1, 0))
+        return np.minimum(np.where(near, np.abs(away), np.inf), ends).min(axis=1)
 
     def _in_parts(self, of, points):
         points = np.asarray(points, float).reshape(-1, 2)
@@ -343,20 +346,36 @@ class Contour:
 
     # ---- the room for balls
 
+    @functools.cached_property
+    def _turns(self):
+        """Angles [rad] of the corners at the vertices; below 0 where the solid points at the balls."""
+        every = np.arange(len(self.vertices))
+        before, after = self.normals(every - 1, 1.0), self.normals(every, 0.0)
+        return np.arctan2(cross(before, after), (before * after).sum(axis=1))
+
+    def _spots(self, piece, share):
+        """Points and normals of pieces at shares of them; a piece n + i is the corner at vertex i of n."""
+        i, corner = piece % len(self.vertices), (piece >= len(self.vertices))[:, None]
+        turned = _turned(self.normals(i - 1, 1.0), share * self._turns[i])
+        return (np.where(corner, self.start[i], self.points(i, share)),
+                np.where(corner, turned, self.normals(i, share)))  # fmt: skip
+
     def touching(self, piece, share, most=np.inf):
-        """(radius [m], piece, its point) of the largest ball inside that touches the contour at a point of each of the
-        given pieces, and the piece that it touches then, too. Radii above `most` [m] may be too large."""
-        p, n = self.points(piece, share), self.normals(piece, share)
-        own = np.where(self.vertices[piece, 2] > 0, self.radius[piece], np.inf)
-        best, other = np.minimum(own, 2 * self.size), np.array(piece)
+        """(radius [m], piece, its normal) of the largest ball inside that touches the contour at a point of each of the
+        given pieces (see `_spots`), and the piece that it touches then, too. Radii above `most` [m] may be too large.
+        """
+        p, n = self._spots(piece, share)
+        i = piece % len(self.vertices)
+        own = np.where((piece == i) & (self.vertices[i, 2] > 0), self.radius[i], np.inf)
+        best, other, facing = np.minimum(own, 2 * self.size), i.copy(), n.copy()
         for k in range(0, len(p), 256):  # neighbours, which have few pieces in their reach
             part = slice(k, k + 256)
             low, high = p[part].min(axis=0) - 2 * most, p[part].max(axis=0) + 2 * most
             near = np.flatnonzero(((self._low <= high) & (self._high >= low)).all(axis=1))
-            self._touching(near, p[part], n[part], piece[part], best[part], other[part], most)
-        return best, other
+            self._touching(near, p[part], n[part], piece[part], best[part], other[part], facing[part], most)
+        return best, other, facing
 
-    def _touching(self, pieces, p, n, piece, best, other, most):
+    def _touching(self, pieces, p, n, piece, best, other, facing, most):
         """Makes best and other smaller for what `pieces` do to balls at points p with normals n of other pieces."""
         d = self.start[pieces] - p[:, None]
         ahead = (d * n[:, None]).sum(axis=-1)
@@ -366,72 +385,83 @@ class Contour:
         ball = ball[np.arange(len(p)), k]
         closer = ball < best * (1 - 1e-9)
         best[closer], other[closer] = ball[closer], pieces[k[closer]]
+        facing[closer] = n[closer] - d[np.arange(len(p)), k][closer] / ball[closer, None]
         reach = np.minimum(best, most)
         c = p + reach[:, None] * n
         grown = reach[:, None, None] * (1 + 1e-9)
         near = ((self._low[pieces] <= c[:, None] + grown) & (self._high[pieces] >= c[:, None] - grown)).all(axis=-1)
         at, q = np.nonzero(near & (pieces != piece[:, None]))
         q = pieces[q]
-        o, m, u = p[at], n[at], left(self.unit[q])
+        o, m, u, bend = p[at] - self._middle[q], n[at], self.unit[q], self._bend[q]
+        y = cross(u, o)
         with np.errstate(all="ignore"):
-            ball = ((o - self.start[q]) * u).sum(axis=1) / (1 - (u * m).sum(axis=1))
-            foot = o + ball[:, None] * (m - u)
-            along = ((foot - self.start[q]) * self.unit[q]).sum(axis=1)
-            ok = (along >= 0) & (along <= self.width[q]) & ((u * m).sum(axis=1) < 1 - 1e-9)
-            way = np.sign(self.vertices[q, 2])  # inside of the circle, or outside
-            d = o - self.centre[q]
-            r = self.radius[q]
-            down = 2 * (r + way * (m * d).sum(axis=1))
-            round_ = way * (r - np.hypot(*d.T)) * (r + np.hypot(*d.T)) / down
-            away = o + round_[:, None] * m - self.centre[q]
-            foot = self.centre[q] + away * (r / np.hypot(*away.T))[:, None]
-            ok = np.where(self.is_arc[q], self._beside(q, foot) & (down > 1e-9 * r), ok)
-            ball = np.where(self.is_arc[q], round_, ball)
-        ok &= (ball > TINY * self.size) & np.isfinite(ball)
-        at, q, ball = at[ok], q[ok], ball[ok]
-        order = np.argsort(-ball, kind="stable")
-        closest = np.full(len(p), np.inf)
-        closest[at[order]] = ball[order]
-        partner = np.zeros(len(p), int)
-        partner[at[order]] = q[order]
-        closer = closest < best
-        best[closer], other[closer] = closest[closer], partner[closer]
+            # the ball whose centre has its radius as its distance from the line or circle
+            down = 1 - cross(u, m) + bend * (o * m).sum(axis=1)
+            ball = (2 * y - bend * (o * o).sum(axis=1)) / (2 * down)
+            _, ok, _, normal = self._beside(q, p[at] + ball[:, None] * m)
+            normal = (normal[0][:, None] * u + normal[1][:, None] * left(u)) / np.hypot(*normal)[:, None]
+        ok &= (down > 1e-9) & (ball > TINY * self.size) & np.isfinite(ball)
+        order = np.flatnonzero(ok)[np.argsort(-ball[ok], kind="stable")]
+        closest, last = np.full(len(p), np.inf), np.zeros(len(p), int)
+        closest[at[order]], last[at[order]] = ball[order], order
+        closer = np.flatnonzero(closest < best)
+        best[closer], other[closer], facing[closer] = closest[closer], q[last[closer]], normal[last[closer]]
 
-    def narrow(self, radius=np.inf):
-        """Places that a ball of a radius [m] does not reach, narrowest first, at most 1000: rows x, y [m] of the centre
-        and radius [m] of the largest ball that fits there. A place is an arc that the ball touches nowhere, a piece
-        between two others that face each other, and a slot with nearly parallel sides; a corner is none. Places within
-        a ball's diameter of each other are one."""
-        n, shares = len(self.vertices), np.array([0.05, 0.2, 0.35, 0.5, 0.65, 0.8, 0.95])
-        piece, share = np.repeat(np.arange(n), len(shares)), np.tile(shares, n)
-        ball, other = self.touching(piece, share, radius)
-        own = self.normals(piece, share)
-        centre = self.points(piece, share) + ball[:, None] * own
-        facing = self._facing(other, centre)
-        widest = ball.reshape(n, -1).argmax(axis=1)
-        k = len(shares) * np.arange(n) + widest
-        inner = (widest > 0) & (widest < len(shares) - 1)
-        before, after = facing[np.where(inner, k - 1, k)], facing[np.where(inner, k + 1, k)]
-        alone = (self.vertices[:, 2] > 0) & (ball[k] > self.radius * (1 - 1e-6))
-        chosen = [k[alone | (inner & ((before * after).sum(axis=1) < WALLS))]]
-        apart = (np.abs(piece - other) > 1) & (np.abs(piece - other) < n - 1)
-        slots = np.where(apart & ((own * facing).sum(axis=1) < SLOT), ball, np.inf).reshape(n, -1)
-        chosen.append((len(shares) * np.arange(n) + slots.argmin(axis=1))[np.isfinite(slots.min(axis=1))])
-        places, kept = np.unique(np.concatenate(chosen)), np.zeros((0, 3))
-        places = places[ball[places] < radius * (1 - 1e-9)]
-        for k in places[np.argsort(ball[places], kind="stable")]:
-            far = np.hypot(*(kept[:, :2] - centre[k]).T) > (2 * radius if np.isfinite(radius) else ball[k] / 2)
-            if far.all() and len(kept) < 1000:
-                kept = np.vstack([kept, [*centre[k], ball[k]]])
-        return kept
+    def narrow(self, radius):
+        """(places, largest): where a ball of a radius [m] does not reach, narrowest first, at most 1000: rows x, y [m]
+        of the centre and radius [m] of the largest ball that fits there; and, if the ball fits nowhere, such a row of
+        the largest one of all, else None. A place is an arc that the ball touches nowhere, a piece or corner between
+        two others that face each other, and the neck of a slot; what only gets narrower up to a corner is none. Places
+        within a ball's diameter of each other are one."""
+        n = len(self.vertices)
+        # along the contour: pieces, and the corners where the solid points at the balls
+        parts = np.stack([n + np.arange(n), np.arange(n)], axis=1)
+        parts = parts[np.stack([self._turns < -1e-6, np.ones(n, bool)], axis=1)]
+        u = (np.arange(len(parts))[:, None] + (SHARES if n <= 1000 else 0.5)).ravel()
 
-    def _facing(self, piece, centre):
-        """The normals of pieces where a ball with this centre touches them."""
-        way = np.sign(self.vertices[piece, 2])[:, None]
-        with np.errstate(all="ignore"):
-            away = way * (centre - self.centre[piece])
-            round_ = -away / np.hypot(*away.T)[:, None]
-        return np.where(self.is_arc[piece][:, None], np.nan_to_num(round_), left(self.unit[piece]))
+        def touching(u):
+            piece = parts[np.floor(u).astype(int) % len(parts)]
+            ball, other, facing = self.touching(piece, u % 1, radius)
+            p, own = self._spots(piece, u % 1)
+            apart = (other - piece % n) % n  # of a corner the piece before it is a neighbour, too
+            apart = (apart > 1 - (piece >= n)) & (apart < n - 1)
+            return np.minimum(ball, radius), p + ball[:, None] * own, facing, (own * facing).sum(axis=1), apart
+
+        def faced(before, after):
+            return (before * after).sum(axis=1) < WALLS
+
+        ball, centre, facing, cosine, apart = touching(u)
+        before, after = np.roll(ball, 1), np.roll(ball, -1)
+        neck, less = apart & (cosine < NECK), ball < radius
+        top = (ball >= before) & (ball >= after) & less
+        widest = np.argsort(np.where(top, -ball, 0), kind="stable")[:20]  # one may lead to the largest of all
+        top &= neck | faced(np.roll(facing, 1, axis=0), np.roll(facing, -1, axis=0))
+        top[widest] = True
+        low = (ball <= before) & (ball <= after) & less & neck
+        arc = parts[np.floor(u).astype(int)]
+        alone = (arc < n) & (self.vertices[arc % n, 2] > 0) & (ball > self.radius[arc % n] * (1 - 1e-6))
+        found = [np.column_stack([centre, ball])[(alone | (apart & (cosine < SLOT))) & less]]
+        for chosen, sign in ((top, 1), (low, -1)):  # the largest or smallest ball between the neighbours of a spot
+            k = np.flatnonzero(chosen)
+            begin, end = u[k - 1] - len(parts) * (k == 0), u[(k + 1) % len(u)] + len(parts) * (k == len(u) - 1)
+            for _ in range(45 * (len(k) > 0)):
+                step = (end - begin) * 0.3819660112501051
+                first = sign * touching(begin + step)[0] >= sign * touching(end - step)[0]
+                begin, end = np.where(first, begin, begin + step), np.where(first, end - step, end)
+            ball, centre, _, cosine, apart = touching((begin + end) / 2)
+            told = apart & (cosine < SLOT)
+            if sign > 0:
+                told |= faced(touching(begin - 1e-6)[2], touching(end + 1e-6)[2]) | (less.all() & (ball == ball.max()))
+            found.append(np.column_stack([centre, ball])[told])
+        found = np.concatenate(found)
+        found = found[np.argsort(found[:, 2], kind="stable")]
+        if less.all() and found[-1, 2] < radius * (1 - SAME):
+            return found[-1:], found[-1]
+        kept = np.zeros((0, 3))
+        for row in found[found[:, 2] < radius * (1 - SAME)]:
+            if len(kept) < 1000 and (np.hypot(*(kept[:, :2] - row[:2]).T) > 2 * radius).all():
+                kept = np.vstack([kept, row])
+        return kept, None
 
     # ---- other contours
 

@@ -25,7 +25,7 @@ class Mill:
     the cylinder; `speed`: the fraction of the critical speed of a point at the wall; `ball_filling`: the same of the
     balls alone (default: J); `voidage` of the charge; `ball`: the largest ball [m]. Densities [kg/m^3]; `pulp` fills
     the voids, 0: none; `charge`: of the whole charge, default: from the others. `trunnion`: radius of the opening of an
-    overflow mill [m], default: a quarter of the mill's."""
+    overflow mill [m], default: a quarter of the mill's; `area`: of the cross-section [m^2], default: of the circle."""
 
     diameter: float
     length: float
@@ -41,6 +41,7 @@ class Mill:
     trunnion: float | None = None
     cone: float = 0.0
     ball: float = math.nan
+    area: float | None = None
 
     @property
     def critical(self) -> float:
@@ -59,8 +60,8 @@ class Mill:
 
     @property
     def volume(self) -> float:
-        """Of the cylinder [m^3]."""
-        return math.pi / 4 * self.diameter**2 * self.length
+        """That J is a share of [m^3]."""
+        return (math.pi / 4 * self.diameter**2 if self.area is None else self.area) * self.length
 
     @property
     def balls(self) -> float:
@@ -96,6 +97,13 @@ def toe_and_shoulder(mill: Mill) -> tuple[float, float]:
     return toe, math.pi / 2 - (toe - math.pi / 2) * rises
 
 
+def _above_zero(*factors: float) -> float:
+    """The product of factors; ValueError where one is not above 0: a formula means nothing there."""
+    if min(factors) <= 0:
+        raise ValueError("no power")
+    return math.prod(factors)
+
+
 def charge_power(mill: Mill) -> tuple[float, float]:
     """What Morrell's C-model gives to the charge [W]: to lift it, and its kinetic energy. The charge is a crescent from
     toe to shoulder, from the radius `inner` to the wall; its layers slip, by a law with the exponent of `slip`. The
@@ -110,9 +118,10 @@ def charge_power(mill: Mill) -> tuple[float, float]:
     flying = math.sqrt(2 * mean * (math.sin(shoulder) - math.sin(toe)) / gravity)
     active = rising / (rising + flying)
     inner = radius * math.sqrt(1 - math.tau * active * mill.filling / span)
+    drop = _above_zero(math.sin(shoulder) - math.sin(toe))
     hole = radius / 4 if mill.trunnion is None else mill.trunnion
     pool = math.pi + math.asin(hole / radius) if mill.discharge == "overflow" else toe  # the end of the pulp
-    weight = mill.density * (math.sin(shoulder) - math.sin(toe)) + mill.pulp * (math.sin(toe) - math.sin(pool))
+    weight = mill.density * drop + mill.pulp * (math.sin(toe) - math.sin(pool))
     depth = radius - slip * inner
     shape = 2 * radius**3 - 3 * slip * radius**2 * inner + inner**3 * (3 * slip - 2)
     lifted = math.pi * gravity * mill.length * turns * radius / (3 * depth) * shape * weight
@@ -152,7 +161,8 @@ def morrell_e_charge(mill: Mill) -> float:
     length = mill.length * (1 + 2.28 * filling * (1 - filling) * mill.cone / mill.length)
     factor = 9.1 if mill.discharge == "grate" else 7.98
     fades = speed * (1 - (1 - fastest) * math.exp(-19.42 * (fastest - speed)))
-    return factor * mill.diameter**2.5 * length * mill.density * filling * (full - filling) / full**2 * fades
+    fits = _above_zero(full, full - filling, fades) / full**3
+    return factor * mill.diameter**2.5 * length * mill.density * filling * fits
 
 
 def hogg_fuerstenau(mill: Mill, angle: float = REPOSE) -> float:
@@ -168,14 +178,15 @@ def _slower(speed: float) -> float:
 def bond(mill: Mill) -> float:
     factor = 7.33 * (1.16 if mill.discharge == "grate" else 1.0) * mill.ball_density
     fills = mill.balls * (1 - 0.937 * mill.balls)
-    return factor * fills * _slower(mill.speed) * mill.length * mill.diameter**2.3
+    return factor * _above_zero(fills, _slower(mill.speed)) * mill.length * mill.diameter**2.3
 
 
 def austin(mill: Mill) -> float:
     """The bed of rock has 30 % of voids, and is 80 % of the mass of what is not balls; the dry charge is as it is."""
     rock = mill.ore / 0.8 if mill.pulp else 0.0
     weight = 0.7 * rock * mill.filling + 0.6 * mill.balls * (mill.ball_density - rock)
-    return 10.6 * mill.diameter**2.5 * mill.length * (1 - 1.03 * mill.filling) * weight * _slower(mill.speed)
+    fits = _above_zero(1 - 1.03 * mill.filling, weight, _slower(mill.speed))
+    return 10.6 * mill.diameter**2.5 * mill.length * fits
 
 
 class Model(NamedTuple):
