@@ -280,6 +280,16 @@ def test_wear_removes_exactly_the_depths_times_the_lengths_without_loops(name, d
     assert after.width.min() > 5e-8 * after.size  # millsim takes no points that are much nearer to each other
 
 
+@pytest.mark.parametrize("smooth", [0.0, 0.03])
+def test_a_corner_that_no_ball_reaches_stays_sharp_when_it_wears(smooth):
+    for shape in (lifters(), Contour(SQUARE)):
+        after = worn(shape, [0.0], [0.001], smooth)
+        hollow = after.vertices[:, 2] > 0
+        assert after.radius[hollow].min(initial=1.0) > 0.5
+        assert after.area - shape.area == pytest.approx(0.001 * shape.length, rel=1e-9)
+        assert len(after.narrow(0.05)[0]) == 0
+
+
 def test_wear_of_a_circle_by_an_even_depth_is_the_larger_circle():
     after = worn(Contour(CIRCLE), [0.0], [0.01])
     away = np.hypot(*after.points(*shares(after)).T)

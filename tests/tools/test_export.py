@@ -213,7 +213,7 @@ def test_a_mill_without_a_rotor_has_drum_and_walls(mill, write_deck, tmp_path):
         (["deck.ini", "a.stl", "--part", "lid"],
          "deck.ini: --part lid: this mill has no such part; it has drum, walls"),
         (["deck.ini", "a.stl", "--tolerance", "1 s"], "--tolerance: expected a length such as '0.1 mm', got '1 s'"),
-        (["deck.ini", "a.stl", "--tolerance", "-1 mm"], "--tolerance: expected a length such as '0.1 mm', got '-1 mm'"),
+        (["deck.ini", "a.stl", "--tolerance", "-1 mm"], "--tolerance: must be 0 or more, got '-1 mm'"),
         (["deck.ini", "a.stl", "--tolerance", "1 mm"],
          "--tolerance: expected 3e-08 to 0.00075 m for this drum and wall, got 0.001 m"),
         (["deck.ini", "a.stl", "--thickness", "1 um"],

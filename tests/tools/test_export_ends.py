@@ -57,7 +57,7 @@ HAS = "frames 0 to 10, from 0 to 0.05 s"
         (["a.gsd", "--frame", "-12"], f"--frame -12: RUN has {HAS}"),
         (["a.vtp", "--time", "1 s"], f"--time 1 s: RUN has {HAS}"),
         (["a.vtp", "--time", "1 mm"], "--time: expected a time such as '120 ms', got '1 mm'"),
-        (["a.vtp", "--time", "-1 ms"], "--time: expected a time such as '120 ms', got '-1 ms'"),
+        (["a.vtp", "--time", "-1 ms"], "--time: must be 0 or more, got '-1 ms'"),
         (["a.pvd", "--from", "1 s"], "--from, --to: no frame in this span; RUN has 11 frames, 0 to 0.05 s"),
         (["a.pvd", "--from", "40 ms", "--to", "30 ms"], "--from 40 ms: is after --to 30 ms"),
         (["a.gsd", "--every", "0"], "--every: expected 1 or more, got 0"),

@@ -14,8 +14,8 @@ from test_expression import results
 
 from milltools.base.errors import UserError
 from milltools.dose import dose, wear
-from milltools.read.expression import parsed
 from milltools.read.deck import Deck
+from milltools.read.expression import parsed
 from milltools.read.runfile import Run
 from milltools.read.values import tell
 from milltools.study.plan import designs, formulas, job, probe, ranges
@@ -112,6 +112,11 @@ def test_a_key_that_follows_may_stand_in_vary_or_on_the_command_line(study):
         ("body.bar.turn_by = 1 deg + 1 mm / body.bar.copies", "rad and m cannot be added or compared"),
         ("body.bar.turn_by = 1 deg / (body.bar.copies - 4)", "divides by zero"),
         ("body.bar.turn_by = 2 * body.bar.turn_by", "body.bar.turn_by follows from itself"),
+        (
+            "body.bar.turn_by = 1 deg * body.bar.size.2 / 1 mm\nbody.bar.size.2 = body.bar.size.1\n"
+            "body.bar.size.1 = 2 mm * body.bar.turn_by / 1 deg",
+            "body.bar.turn_by follows from itself, by body.bar.size.2 and body.bar.size.1",
+        ),
         ("body.bar.turn_by = 1 W / power / body.bar.copies * 1 deg", "power is a result: it is known only after a run"),
         ("body.bar.turn_by = 1 deg / body.bar.copies)", "expected an expression"),
         ("motion.jar.speed = 1 Hz * body.bar.copies", "turns or radians? write rpm or rad/s"),

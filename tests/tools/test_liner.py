@@ -254,7 +254,10 @@ def test_erosion_takes_a_depth_with_the_density_of_the_liner(run):
         (["--after", "1 h"], "--after: only with --worn NEXT.txt"),
         (["--worn", "n.txt"], "--worn: expected one of --after '1000 h' and --removed '10 %'"),
         (["--worn", "n.txt", "--after", "1 h", "--removed", "1 %"], "--worn: expected one of"),
+        (["--worn", "-", "--after", "1 h"], "-: expected the name of a file"),
         (["--worn", "n.txt", "--after", "1 mm"], "--after: expected a time"),
+        (["--worn", "n.txt", "--after", "1e9 h"], "--after: must be at most 1000000000 s, got '1e9 h'"),
+        (["--worn", "n.txt", "--after=-10h"], "--after: must be 0 or more, got '-10h'"),
         (["--worn", "n.txt", "--removed", "5 mm"], "--removed: expected a share such as '10 %', got '5 mm'"),
     ],
 )  # fmt: skip
@@ -274,6 +277,20 @@ def test_a_depth_after_a_time_needs_coefficients_and_a_share_does_not(mill, tmp_
     assert mill("wear", str(bare), "--worn", "m.txt", "--removed", "1 %").returncode == 0
 
 
+@pytest.mark.slow
+def test_the_worn_contour_of_a_body_is_told_with_the_key_that_reads_it(mill, tmp_path):
+    (tmp_path / "wall.txt").write_text("0.1 0 0\n0 0.1 0\n-0.1 0 0\n0 -0.1 0\n")
+    body = "[body.jar]\nshape = contour\nside = inside\nfile = wall.txt\nlength = 60 mm\nmotion = roll\n"
+    deck = DRUM[: DRUM.index("[drum]")].replace("70 % critical", "90 rpm").replace("1.2 s", "0.6 s") + body
+    jar = simulate(tmp_path, deck + DRUM[DRUM.index("[balls]") :].replace("bulk_fill = 20 %", "count = 60"))
+    said = " ".join(mill("wear", str(jar), "--worn", "n.txt", "--removed", "1 %").stdout.split())
+    assert "deep. body.jar.file reads it." in said
+    (tmp_path / "wall.txt").write_text("0.1 0 1\n-0.1 0 1\n")
+    jar = simulate(tmp_path, jar.with_suffix(".ini").read_text(), "b")
+    done = mill("wear", str(jar), "--worn", "m.txt", "--removed", "1 %")
+    assert done.returncode == 2 and "--removed: a circle has no height" in done.stderr
+
+
 def test_an_existing_contour_is_kept_unless_forced(mill, path, tmp_path):
     (tmp_path / "n.txt").write_text("mine")
     assert "exists already" in mill("wear", str(path), "--worn", "n.txt", "--removed", "1 %").stderr
@@ -284,6 +301,7 @@ def test_an_existing_contour_is_kept_unless_forced(mill, path, tmp_path):
 def test_mill_wear_says_where_the_liner_wears_and_what_is_above_the_toe(mill, path):
     said = " ".join(mill("wear", str(path)).stdout.split())
     assert "Sliding wears the liner most on the " in said and "leading face " in said
+    assert said.startswith("drum, inside, takes ") and "faces " not in mill("wear", str(path), "--faces").stdout
     assert "Above the toe are " in said and "A lifter gets the largest mean force" in said
 
 

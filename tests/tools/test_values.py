@@ -21,7 +21,8 @@ def test_times_and_lengths_are_read_as_in_a_deck_and_plain_numbers_are_si():
 def test_a_wrong_time_names_its_option_and_not_another(text):
     with pytest.raises(UserError) as fault:
         values.seconds({"--to": "1 ms", "--from": text})
-    assert str(fault.value) == f"--from: expected a time such as '120 ms', got '{text}'"
+    words = "must be 0 or more" if text.startswith("-") else "expected a time such as '120 ms'"
+    assert str(fault.value) == f"--from: {words}, got '{text}'"
 
 
 def test_values_are_told_by_one_call_of_the_engine(monkeypatch):

@@ -23,6 +23,8 @@ def keep_apart(output, sources):
 
 def check_writable(path, sources=()):
     """UserError if `path` cannot be written or is one of `sources`: to be called before the work begins."""
+    if str(path) == "-":
+        raise UserError("-: expected the name of a file; ./- is one")
     path = pathlib.Path(path)
     if path.is_dir():
         raise UserError(f"{path}: is a folder")

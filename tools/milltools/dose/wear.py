@@ -159,6 +159,8 @@ def worn_after(found: Liner, arguments) -> tuple[np.ndarray, float]:
             )
         return rate * time, time
     share = _share(arguments.removed)
+    if not found.height > 1e-6 * found.contour.size:
+        raise UserError(f"{found.run.path}: --removed: a circle has no height: give --after '1000 h'")
     depth = found.scaled(rate if known else found.density("slid"), share * found.height)
     return depth, float(depth.sum() / rate.sum()) if known else math.nan
 
@@ -178,11 +180,12 @@ def wear_out(found: Liner, arguments) -> tuple[str, dict]:
     left, largest = found.worn(depth), float(found.smoothed(depth).max())
     removed = left.area - found.contour.area
     when = f" after {number(time / 3600)} h" if time == time else ""
+    reads = f"body.{found.run.vessel}.file" if found.run.vessel else "drum.profile = file"
     made = f"mill wear {pathlib.Path(found.run.path).name}: the contour{when}"
     write_text(arguments.worn, left.text([plain(made)]))
     said = (
         f"{plain(arguments.worn)}: the contour{when}, {len(left.vertices)} vertices; {number(1e6 * removed)} mm² "
-        f"removed, at most {number(1e3 * largest)} mm deep. drum.profile = file reads it."
+        f"removed, at most {number(1e3 * largest)} mm deep. {reads} reads it."
     )
     share, steps = (largest / found.height, math.ceil(largest / found.height / STEP)) if found.height else (0.0, 1)
     if share > STEP:

@@ -13,7 +13,7 @@ from milltools.dose import wear
 from milltools.figures.base import WIDTH, Figure, labels, sampled, subtitle
 from milltools.figures.maps import RANGE
 from milltools.figures.style import SPEEDS, beyond, colour_bar, log_ticks
-from milltools.read.wear import Part, Wear, why_not
+from milltools.read.wear import FACES, Part, Wear, why_not
 
 MOST = 6  # faces, besides those of the container
 LEAST = 1e-3  # faces with a smaller share of the power are left out
@@ -48,7 +48,10 @@ def sheets(found: Wear) -> list[Sheet]:
         face = np.where((cells[:, 5] > 2) & part.round, 2, cells[:, 5])  # the side of a round part is one sheet
         for one in np.unique(face).tolist():
             own = cells[face == one]
-            name = plain(f"{found.part_name(part)}, {found.face_name(part, int(own[:, 5].max()))}")
+            face_name = found.face_name(part, int(own[:, 5].max()))
+            if face_name == "inside" and not part.round:  # a contour, seen from four sides
+                face_name += f", facing own {FACES[one]}"
+            name = plain(f"{found.part_name(part)}, {face_name}")
             low, high = part.boxes(own)
             if part.kind == "ball_blade":  # its middle is on the arm
                 low, high = (ends + [0, part.axes[:, 1] @ part.axes[:, 3], 0] for ends in (low, high))

@@ -7,22 +7,24 @@ import numpy as np
 from milltools.geometry.contour import TINY, Contour, bow, cross, left, signed_area
 
 SHORT = 1e-7  # of the size: shorter pieces of a worn contour are left out
+SHARP = math.radians(150)  # corners of the balls' room that turn by less stay sharp when they wear
 CORNER = math.radians(15)  # pieces that turn by more do not become one arc
 
 
-def offset(contour: Contour, depth) -> list[Contour]:
+def offset(contour: Contour, depth, sharp=False) -> list[Contour]:
     """The contours that are left of one, largest first, if each point moves by `depth` [m] into the solid, or for
     negative values towards the balls; an array (n,) has a depth at each vertex, and between them it varies linearly.
 
     The raw curve follows the moved pieces. Where these come apart, an arc around the vertex joins them, and
     where they overlap, the way leads through the vertex. So its winding number counts how often a place is
     covered by the inside and by the strips that the pieces sweep, and the result is the boundary of what is covered
-    (of what is left, for negative depths). An arc does not move beyond its centre."""
-    raw = _raw(contour, np.broadcast_to(np.asarray(depth, float), len(contour.vertices)))
+    (of what is left, for negative depths). An arc does not move beyond its centre. `sharp`: lines instead of arcs join
+    the pieces, up to where both meet."""
+    raw = _raw(contour, np.broadcast_to(np.asarray(depth, float), len(contour.vertices)), sharp)
     return [] if len(raw) < 2 else _boundary(raw)
 
 
-def _raw(contour, depth):
+def _raw(contour, depth, sharp):
     n, every = len(contour.vertices), np.arange(len(contour.vertices))
     first, last = contour.normals(every, 0.0), contour.normals(every, 1.0)
     shrinks = [contour.is_arc & (contour.vertices[:, 2] * d < 0) for d in (depth, np.roll(depth, -1))]
@@ -32,12 +34,16 @@ def _raw(contour, depth):
     before = np.roll(last, 1, axis=0)
     far_end, far_begin = contour.start - depth[:, None] * before, contour.start - depth[:, None] * first
     turn = np.arctan2(cross(before, first), (before * first).sum(axis=1))
+    with np.errstate(all="ignore"):
+        tip = contour.start - depth[:, None] * (before + first) / (1 + np.cos(turn))[:, None]
     clipped = np.abs(limit[0]) + np.abs(limit[1]) < np.abs(depth) + np.abs(np.roll(depth, -1))
     bulge = np.where(clipped, 0.0, contour.vertices[:, 2])
     rows = []
     for i in range(n):
         if turn[i] * np.sign(depth[i]) > 1e-9:
-            rows += [(*end[i - 1], 0.0), (*far_end[i], math.tan(turn[i] / 4)), (*far_begin[i], 0.0)]
+            meet = sharp and abs(turn[i]) < SHARP
+            join = [(*tip[i], 0.0)] if meet else [(*far_end[i], math.tan(turn[i] / 4)), (*far_begin[i], 0.0)]
+            rows += [(*end[i - 1], 0.0), *join]
         elif abs(turn[i]) > 1e-9:
             rows += [(*end[i - 1], 0.0), (*contour.start[i], 0.0)]
         else:
@@ -248,7 +254,8 @@ def worn(contour: Contour, s, depth, smooth=0.0, tolerance=None) -> Contour:
     the solid; linear between them. Depths are averaged over a length `smooth` [m] along the contour, which keeps their
     sum. The result has lines and arcs within `tolerance` [m] (default: a hundredth of the mean depth) of the worn
     shape, and its area is larger by exactly the integral of depth over length: the depths are multiplied by a common
-    factor, because at the edges of a lifter two faces lose the same material. Material that comes loose is gone.
+    factor, because at the edges of a lifter two faces lose the same material. Corners that balls do not reach stay
+    sharp, and get no arc of the radius of the depth. Material that comes loose is gone.
     ValueError if nothing of that shape is left."""
     if np.min(depth) < 0 or not 0 <= smooth < contour.length:
         raise ValueError("expected depths of 0 or more, and a smoothing length below the length of the contour")
@@ -261,7 +268,7 @@ def worn(contour: Contour, s, depth, smooth=0.0, tolerance=None) -> Contour:
     depths = mean(at, smooth)
     factor, tried = 1.0, []
     for _ in range(12):
-        shapes = offset(fine, factor * depths)
+        shapes = offset(fine, factor * depths, sharp=True)
         if not shapes:
             raise ValueError("the depths are larger than the contour")
         new = shapes[0]
@@ -269,7 +276,9 @@ def worn(contour: Contour, s, depth, smooth=0.0, tolerance=None) -> Contour:
         if abs(tried[-1][1]) < 1e-7:
             break
         (f, e), (g, d) = tried[-1], tried[-2] if len(tried) > 1 else (0.0, -1.0)
-        factor = f - e * (f - g) / (e - d) if e != d else f / (1 + e)
+        if e == d:
+            break
+        factor = f - e * (f - g) / (e - d)
         if not 0 < factor < 10:
             factor = f / (1 + e)
     if not abs(tried[-1][1]) < 1e-3:

@@ -126,12 +126,15 @@ def _read(asked, key, expected, negative):
             raise
         if len(asked) > 1:  # one of them is wrong
             return [_read({option: text}, key, expected, negative)[0] for option, text in asked.items()]
+        if limit := str(fault).partition(": must be ")[2]:
+            raise UserError(f"{next(iter(asked))}: must be {limit}") from None
         told = []
     found |= {o: -one.value if text[0] == "-" else one.value for (o, text), one in zip(with_unit.items(), told)}
     for option, text in asked.items():
         value = found.get(option, math.nan)
         if text is not None and not (math.isfinite(value) and (negative or value >= 0)):
-            raise UserError(f"{option}: expected {expected}, got '{text}'")
+            words = "must be 0 or more" if value < 0 else f"expected {expected}"
+            raise UserError(f"{option}: {words}, got '{text}'")
     return [found[option] for option in asked]
 
 

@@ -71,12 +71,19 @@ class Wear:
             return "face"
         if part.round:
             return ("end", "end", "inside", "outside", "side", "side")[face]
+        if part.kind == self.run.vessel_kinds[0] and self.contour:
+            return "inside" if face < 4 else "end"
         if part.kind == "ball_blade":
             leading = self.run.rotor_speed >= 0
             return ("side", "side", "root", "tip", *(("trailing", "leading") if leading else ("leading", "trailing")))[
                 face
             ]
         return f"faces {FACES[face]}"
+
+    @functools.cached_property
+    def contour(self) -> bool:
+        """Whether the container is a contour: its parts have the contour's axes, and the mill's axis is their z."""
+        return (f"body.{self.run.vessel}" if self.run.vessel else "drum") in self.run.as_deck.contours
 
     def part_name(self, part: Part) -> str:
         """A part in words: "blade 2", "end wall 0", "drum"."""

@@ -42,7 +42,8 @@ class Formulas:
         return found if self.derived or self.rules else {}
 
     def look(self, design):
-        """The function of the name of a key that gives its Quantity in a design; KeyError with a reason for others."""
+        """The function of the name of a key that gives its Quantity in a design; KeyError with a reason for others,
+        UserError for one that follows from itself."""
         found = {}
 
         def quantity(name):
@@ -50,7 +51,8 @@ class Formulas:
                 found[name] = None
                 found[name] = self._quantity(name, design, quantity)
             if found[name] is None:
-                raise KeyError(f"{name} follows from itself")
+                by = list(found)[list(found).index(name) + 1 :]  # all of them are being computed
+                raise UserError(f"{name} follows from itself" + f", by {' and '.join(by)}" * bool(by))
             return found[name]
 
         return quantity
