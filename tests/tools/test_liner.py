@@ -17,6 +17,8 @@ from milltools.dose.liner import Liner, Turn
 from milltools.figures import FIGURES
 from milltools.geometry.contour import Contour
 from milltools.read.runfile import Run
+from milltools.study.life import Life
+from milltools.study.plan import job
 
 DRUM = """\
 [run]
@@ -367,6 +369,36 @@ def test_a_wrong_life_is_told_with_its_line(life, mill, change, said):
     (life / "life.study").write_text(text)
     done = mill("sweep", "life.study")
     assert done.returncode == 2 and said in done.stderr
+    assert not (life / "life").exists()
+
+
+@pytest.mark.slow
+def test_a_life_begins_with_the_contour_that_the_deck_names_beside_it(life, mill):
+    contour = subprocess.run([PROGRAM, "--contour", "drum.ini"], cwd=life, check=True, capture_output=True).stdout
+    (life / "decks").mkdir()
+    (life / "decks/liner.txt").write_bytes(contour)
+    rest = [line for line in DRUM.splitlines() if not line.startswith(("profile", "lifter"))]
+    rest.insert(rest.index("[drum]") + 1, "profile = file\nfile = liner.txt")
+    (life / "decks/drum.ini").write_text("\n".join(rest))
+    (life / "decks/life.study").write_text(LIFE.replace("steps = 2", "steps = 1"))
+    done = mill("sweep", "decks/life.study", "-q", "--no-picture")
+    assert done.returncode == 0, done.stderr
+    assert Contour.read(life / "life/step-0.txt").area == pytest.approx(Contour.read(life / "decks/liner.txt").area)
+
+
+@pytest.mark.slow
+def test_a_life_whose_first_run_fails_or_is_stopped_leaves_no_folder(life, mill, monkeypatch):
+    done = mill("sweep", "life.study", "--set", "balls.bulk_fill=99 %")
+    assert done.returncode == 1 and "step 0: " in done.stderr
+    assert not (life / "life").exists()
+
+    def stop(asked, reader):
+        assert "run.threads=0" in asked["set"]  # of the starts of this run, all cores
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(job, "run", stop)
+    with pytest.raises(KeyboardInterrupt, match="has 0 of 3 runs; the same command continues"):
+        Life(life / "life.study", folder=life / "life").live(quiet=True)
     assert not (life / "life").exists()
 
 

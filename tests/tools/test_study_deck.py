@@ -278,6 +278,17 @@ def test_what_a_start_file_holds_decides_the_run(write_study, write_deck):
     assert ids[0] != ids[1]
 
 
+def test_a_run_finds_the_files_of_its_deck_and_what_they_hold_decides_it(write_study, write_deck, tmp_path):
+    path = write_study(STUDY.replace("[set]", "[set]\ncontact.restitution_table = law.txt"))
+    ids = []
+    for law in ("0 0.8\n9 0.5\n", "0 0.8\n9 0.6\n"):
+        write_deck(law, "law.txt")
+        study = Study(path)
+        ids.append(study.job(0, DESIGN)["id"])
+        assert f"contact.restitution_table={tmp_path}/law.txt" in study.job(0, DESIGN)["set"]
+    assert ids[0] != ids[1]
+
+
 def test_shared_seeds_are_those_of_the_replicates_own_ones_all_different(write_study):
     study = Study(write_study(), ["study.replicates=3", "study.seed=7"])
     assert [study.seed_of(design, k) for design in (0, 5) for k in range(3)] == [7, 8, 9] * 2

@@ -2,6 +2,7 @@
 with a section [life], for `mill sweep` (docs/tumbling.md#the-life-of-a-liner). It fills a folder: step-K.txt, the
 contour at the beginning of step K, and life.csv, a row for each run."""
 
+import contextlib
 import csv
 import hashlib
 import json
@@ -23,8 +24,8 @@ from milltools.figures import style
 from milltools.geometry.contour import Contour
 from milltools.read import expression, values
 from milltools.read.runfile import Run
-from milltools.study.plan import job
-from milltools.study.plan.study_deck import Lines
+from milltools.study.plan import filling, job
+from milltools.study.plan.study_deck import Lines, folded, placed_files
 from milltools.study.show import canvas
 
 NAME = "mill sweep"
@@ -54,12 +55,15 @@ class Life:
         self.steps = told.whole("steps", 6, 1, section="life")
         self.removed, self.after = (self._value(found.get(name)) for name in ("removed", "after"))
         self.record = [one for name in ("record", "maximise", "minimise") for one in told.paths(name)] or list(RECORD)
-        deck, self.text, _ = told.deck()
-        self.deck, self.fixed = str(deck), told.fixed()
+        deck, self.text, base = told.deck()
+        merged, fixed = folded({value.key: value for value in base}, told.fixed(), told)
+        self.fixed, files = placed_files(merged, fixed, deck)
+        self.deck = str(deck)
         lines = {one.line for one in told.given_in_deck if LINING.fullmatch(f"{one.section}.{one.key}")}
         rows = enumerate(self.text.split("\n"), 1)
         self.bare = "\n".join("" if line in lines else row for line, row in rows)  # without a contour
         whole = [self.text, [value.order for value in self.fixed], self.removed, self.after, self.record]
+        whole += [sorted(files.items())] * bool(files)
         self.digest = hashlib.sha256(json.dumps(whole).encode()).hexdigest()[:16]
         self.folder = pathlib.Path(folder or told.path.stem)
         self.heads = [*FIXED, *(word for name in self.record for word in (name, f"{name} error"))]
@@ -109,14 +113,22 @@ class Life:
         """Makes the runs that the folder does not have yet; the rows of all."""
         rows = self.rows(force)
         self.folder.mkdir(exist_ok=True)
-        with processes.stops_in_order(), Progress(NAME, self.steps + 1, quiet, kept=len(rows)) as progress:
-            while len(rows) <= self.steps and not worn_out(rows):
-                with progress.step(f"step {len(rows)} of {self.steps}"):
-                    row = job.run(self.job(len(rows)), lambda asked, file: self.read(asked, file, rows))
-                if row["status"] == "failed":
-                    raise UserError(f"{self.file}: step {len(rows)}: {row['message']}", status=1)
-                rows.append({name: row[name] for name in self.heads})
-                write_csv(self.folder / "life.csv", self.heads, [list(one.values()) for one in rows])
+        try:
+            with processes.stops_in_order(), Progress(NAME, self.steps + 1, quiet, kept=len(rows)) as progress:
+                progress.due = progress.begin  # a run takes minutes
+                while len(rows) <= self.steps and not worn_out(rows):
+                    with progress.step(f"step {len(rows)} of {self.steps}"):
+                        row = job.run(self.job(len(rows)), lambda asked, file: self.read(asked, file, rows))
+                    if row["status"] == "failed":
+                        raise UserError(f"{self.file}: step {len(rows)}: {row['message']}", status=1)
+                    rows.append({name: row[name] for name in self.heads})
+                    write_csv(self.folder / "life.csv", self.heads, [list(one.values()) for one in rows])
+        except (KeyboardInterrupt, processes.Stopped) as stop:
+            text = f"interrupted; {self.folder} has {len(rows)} of {self.steps + 1} runs; the same command continues"
+            raise filling.Interrupted(text, 128 + getattr(stop, "number", 2)) from None
+        finally:
+            with contextlib.suppress(OSError):
+                self.folder.rmdir()  # if it is empty
         return rows
 
     def read(self, asked, file, rows) -> dict:

@@ -56,7 +56,8 @@ def run(job, reader=None) -> dict:
         words = [word for text in job["set"] for word in ("-s", text)]
         # relative names: messages show the name of the deck only, and no path is too long
         # a study has a run on each core already
-        options = ["-q", "-o", "run.h5", "-s", "output.frames=0 s", "-s", "run.threads=1", *words]
+        threads = [] if any(text.startswith("run.threads=") for text in job["set"]) else ["-s", "run.threads=1"]
+        options = ["-q", "-o", "run.h5", "-s", "output.frames=0 s", *threads, *words]
         command = [*processes.guard(), job["program"], *options, "--", deck.name]
         status, said, cut = _execute(command, folder, job["limit"])
         if status < 0 or (status > 128 and not cut):

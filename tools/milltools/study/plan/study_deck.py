@@ -61,7 +61,7 @@ class Study:
     base                    {section.key: Value} of all keys that the base deck and [set] give
     original                the same of the base deck alone
     fixed                   list of the Values that override the base deck
-    start                   digest of its start file; "" for a random start
+    start, files            digest of its start file, "" for a random start; {section.key: digest} of other files
     method, samples         one of METHODS; how many designs, None for a grid
     replicates, seed, seeds runs of a design; the first seed; "shared" or "own"
     limit                   [s] CPU time of one run, or None
@@ -82,9 +82,10 @@ class Study:
         self.require, rules = told.requirements()
         self.record = [path for path in told.paths("record") if path not in {o.path for o in self.objectives}]
         self.original = {value.key: value for value in base}
-        merged, fixed = _folded(self.original, fixed, told)
+        merged, fixed = folded(self.original, fixed, told)
         self.base = {key: value for key, value in merged.items() if key != "balls.start"}
-        self.fixed, self.start = _start(merged, fixed, deck)
+        self.fixed, self.files = placed_files(merged, fixed, deck, {one.key for one in self.vary})
+        self.start = self.files.pop("balls.start", "")
         self.formulas = self._follow(told.derived(), rules)
         for key in [*self.varied, *self.formulas.derived]:
             self._check_component(key)
@@ -234,11 +235,12 @@ class Study:
         keys = {k: v.text for k, v in self.base.items() if k not in STORED_ONLY}
         sections = dict.fromkeys(k.rpartition(".")[0] for k in self.base)
         named = [name for name in sections if "." in name]  # the numbers of the balls follow from their order
-        return keys, [ROW_VERSION, named, self.start, sorted(self.paths), self.limit]
+        files = [sorted(self.files.items())] * bool(self.files)
+        return keys, [ROW_VERSION, named, self.start, sorted(self.paths), self.limit, *files]
 
     def _identity(self, chosen: dict) -> str:
         """16 hex digits of everything that determines a run and its row: all keys in SI (in any notation, from any
-        file), the start file, the values read from the run."""
+        file), the content of files, the values read from the run."""
         keys, rest = self._shared
         whole = [*rest, sorted((keys | chosen).items())]
         return hashlib.sha256(json.dumps(whole).encode()).hexdigest()[:16]
@@ -252,6 +254,7 @@ class Study:
         """The content of the fingerprint in readable form: {section.key or another name: text}."""
         keys = {k: v.order.partition("=")[2] for k, v in self.base.items() if k not in STORED_ONLY}
         rest = {"the start file": self.start and f"one with digest {self.start[:8]}",
+                "the files": ", ".join(f"{key} with digest {digest[:8]}" for key, digest in self.files.items()),
                 "what is recorded": ", ".join(sorted(self.paths)),
                 "study.cpu_limit": "" if self.limit is None else f"{self.limit!r} s"}  # fmt: skip
         return keys | self._varied | {k: v for k, v in rest.items() if v}
@@ -490,7 +493,7 @@ def _with(vector: str, place: int, text: str) -> str:
     return " ".join([*words[:place], text, *words[place + 1 :]])
 
 
-def _folded(base, fixed, told):
+def folded(base, fixed, told):
     """All values by key, and those of `fixed`, with vectors in place of the components in `fixed`."""
     merged, found = dict(base), {}
     for value in fixed:
@@ -504,18 +507,20 @@ def _folded(base, fixed, told):
     return merged, list(found.values())
 
 
-def _start(merged, fixed, deck):
-    """Makes the name of the start file absolute, because each run has its own folder, and digests its content."""
-    value = merged.get("balls.start")
-    if not value or value.text == "random":
-        return fixed, ""
-    path = (deck.parent / value.text).resolve()
-    try:
-        digest = hashlib.sha256(path.read_bytes()).hexdigest()[:16]
-    except OSError as fault:
-        raise UserError(f"{path}: start file: {fault.strerror}", status=1) from None
-    fixed = [one for one in fixed if one.key != "balls.start"]
-    return [*fixed, dataclasses.replace(value, text=str(path))], digest
+def placed_files(merged, fixed, deck, varied=()):
+    """`fixed` with absolute names of files, because each run has its own folder, and {key: digest} of their content;
+    not of keys in `varied`."""
+    digests = {}
+    for value in [value for key, value in merged.items() if value.is_file and key not in varied]:
+        path = (deck.parent / value.text).resolve()
+        try:
+            digests[value.key] = hashlib.sha256(path.read_bytes()).hexdigest()[:16]
+        except OSError as fault:
+            what = "start file" if value.key == "balls.start" else value.key
+            raise UserError(f"{path}: {what}: {fault.strerror}", status=1) from None
+        fixed = [one for one in fixed if one.key != value.key]
+        fixed.append(dataclasses.replace(value, text=str(path)))
+    return fixed, digests
 
 
 @contextlib.contextmanager
