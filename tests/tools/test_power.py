@@ -21,7 +21,7 @@ from milltools.power import drum, models
 from milltools.power.models import MODELS, Mill
 from milltools.read.deck import Deck
 from milltools.read.runfile import Run
-from milltools.report import run_page
+from milltools.report import facts, run_page
 from milltools.study.show import outputs, page, tumbling
 from milltools.study.show.data import StudyView, opened
 
@@ -305,18 +305,23 @@ def test_a_run_has_its_power_with_the_error_beside_each_model(mill, drum_run):
 
 def test_the_page_of_a_drum_has_what_the_formulas_give_to_its_charge(drum_run):
     with Run(drum_run) as run:
-        rows = {name: remark for name, _, remark in run_page.balance(run)}
+        known, _, rows, remarks = run_page.formulas(run)
         (ratio,) = (row["ratio"] for row in drum.beside(run) if row["model"] == "Morrell C net")
-    assert rows["power by Morrell C net"].startswith(f"charge net; simulated / formula {ratio:.2f}")
-    assert "D 0.1 m, not 0.85 to 5.34 m" in rows["power by Hogg & Fuerstenau"]
-    assert "power by Bond" not in rows
+        card, (of, charge) = {name: text for name, _, text in facts.tiles(run)}, facts.trade(run)
+    assert [row[0] for row in rows] == [model.name for model in MODELS]
+    assert rows[0][1] == "charge net" and rows[0][3].startswith(f"{ratio:.2f}")
+    assert any("Hogg & Fuerstenau" in text and "D 0.1 m, not 0.85 to 5.34 m" in text for text in remarks)
+    plainly = {name: value for name, value, _ in known}
+    of, charge, said = (text.replace("\N{NO-BREAK SPACE}", " ") for text in (of, charge, card["toe, shoulder"]))
+    assert known[2][1].endswith(of.removesuffix(" of the critical speed")) and of in said
+    assert plainly["filling"].startswith(f"{charge} with")
 
 
 def test_the_page_of_another_mill_has_no_formulas(tmp_path, the_program):
     (tmp_path / "deck.ini").write_text(SMALL)
     subprocess.run([PROGRAM, "-q", "deck.ini", "-o", "a.h5"], cwd=tmp_path, check=True)
     with Run(tmp_path / "a.h5") as run:
-        assert not [name for name, *_ in run_page.balance(run) if name.startswith("power by")]
+        assert run_page.formulas(run) == ([], [], [], []) and facts.trade(run) == []
 
 
 @pytest.mark.parametrize("value", ["1e200", "1e-200", "0", "nan", "1e308 1 1", "x"])

@@ -5,6 +5,7 @@ import csv
 import json
 import math
 import re
+import shlex
 
 import numpy as np
 import pytest
@@ -421,8 +422,23 @@ def test_the_wall_of_the_best_design_is_drawn_where_its_shape_is_varied(mill, wr
 
 def test_the_page_offers_a_design_in_the_unit_of_the_study(swept):
     shown = data.opened(str(swept))[1]
+    shown.meta["study"] = HARD.replace("[set]\nrun.time = 60 ms\n", "")
     found = page.data(shown, shown.objectives[0], [])["designs"]
     assert found[1]["set"] == "-s 'rotor.speed=600 rpm'"
+
+
+@pytest.mark.slow
+def test_a_design_of_a_study_with_set_is_offered_as_the_command_that_writes_its_deck(mill, write_study, tmp_path):
+    study = write_study(HARD.replace("[vary]", "contact.friction =\nballs.diameter = 9 mm\n[vary]"))
+    assert mill("sweep", str(study), "-o", "s.parquet", "--no-picture").returncode == 0
+    shown = data.opened(str(tmp_path / "s.parquet"))[1]
+    offered = page.data(shown, shown.objectives[0], [])["designs"][1]["set"]
+    assert mill(*shlex.split(offered)[1:]).returncode == 0
+    deck = Deck.check(next(tmp_path.glob("s-*.ini")))
+    assert deck.number("rotor.speed") == shown.designs["rotor.speed"][1]
+    assert deck.number("balls.diameter") == 0.009 and deck.number("contact.friction") == 0
+    done = mill("study", "s.parquet", "--deck", "a.ini", "--design", "99")
+    assert done.returncode == 2 and "has no run of a design with this number" in done.stderr
 
 
 def test_a_number_that_the_unit_of_the_study_does_not_give_back_is_offered_in_si(swept):

@@ -67,8 +67,8 @@ def _spoken(angle: float) -> str:
     return f"{math.degrees(angle):.1f}".replace("-", MINUS)
 
 
-def _about(mill: Mill) -> list[tuple[str, str]]:
-    """(name, value) of the mill and its charge."""
+def about(mill: Mill) -> list[tuple[str, str]]:
+    """(name, value) of the mill and its charge; a line without a name belongs to the one before."""
     toe, shoulder = models.toe_and_shoulder(mill)
     percent = f"{100 * mill.speed:.1f}"
     found = [
@@ -107,7 +107,7 @@ def run(arguments) -> Answer:
         deck = Deck.check(path, arguments.set)
         mill = drum.mill_of(deck, **wet)
     rows = drum.rows(mill, drawn, angle)
-    lines = columns([(name, value) for name, value in _about(mill)], left=(0, 1))
+    lines = columns([(name, value) for name, value in about(mill)], left=(0, 1))
     if is_run:
         lines.append(f"{'simulated':<15}{_plain(with_error(*drawn, 'W'))}, {models.NET}")
     idle = _plain(brief(models.no_load(mill), math.nan, "W"))
@@ -140,9 +140,13 @@ def _printed(rows, angle: float, is_run: bool) -> list[str]:
         )
         cells.append((name, shown, *[ratio] * is_run, row["basis"]))
     found = columns(cells, left=(0, *range(2 + is_run, 3 + is_run)))
-    stars: dict[str, list[str]] = {}
+    return [*found, *(line for note in stars(rows) for line in textwrap.wrap(note, 100, subsequent_indent="  "))]
+
+
+def stars(rows) -> list[str]:
+    """A line for each reason why a row of drum.rows() has a star: the mill is outside of the model's range."""
+    found: dict[str, list[str]] = {}
     for row in rows:
         if row["outside"]:
-            stars.setdefault(f"outside of {row['mills']}: {row['outside']}", []).append(row["model"])
-    notes = (f"* {', '.join(names)}: {why}." for why, names in stars.items())
-    return [*found, *(line for note in notes for line in textwrap.wrap(note, 100, subsequent_indent="  "))]
+            found.setdefault(f"outside of {row['mills']}: {row['outside']}", []).append(row["model"])
+    return [f"* {', '.join(names)}: {why}." for why, names in found.items()]

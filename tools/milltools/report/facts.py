@@ -11,6 +11,7 @@ from milltools.base.errors import UserError
 from milltools.base.text import SPACE, Number, brief, count, plain, plural, quantity, scaled, share, small, with_error
 from milltools.dose import dose
 from milltools.geometry import contour
+from milltools.power import drum
 from milltools.read import kinds, motions, sums
 
 WITH_VALUE = ("-o", "--output", "-s", "--set", "--export-start", "--value", "--progress", "--part")
@@ -106,8 +107,18 @@ def mill(run) -> str:
     if not own and not run.driven:
         return f"{words}, in which nothing moves"
     words += f", with {joined(own)}" if own else ""
-    moving = [f"{plain(name)} {plain(motions.words(run, name))}" for name in run.as_deck.named("motion")]
-    return words + (f"; {joined(moving)}" if moving else "")
+    names = run.as_deck.named("motion")
+    moving = [f"{'it' if names == [run.carrier] else plain(name)} {plain(motions.words(run, name))}" for name in names]
+    return words + (f"; {joined(moving)}" if moving else "") + "".join(f", {one}" for one in trade(run))
+
+
+def trade(run) -> list[str]:
+    """Of a horizontal drum that turns about its axis: its speed as the share of the critical one, and its filling."""
+    if drum.why_not(run.as_deck):
+        return []
+    of = drum.mill_of(run.as_deck)
+    speed = f"{100 * of.rate / of.critical_of_ball:.1f}{SPACE}% of the critical speed"
+    return [speed, f"J{SPACE}{100 * of.filling:.1f}{SPACE}%"]
 
 
 def mean(run, name: str, unit: str) -> Number | None:
@@ -232,7 +243,8 @@ def finding(run) -> str:
 
 
 def tiles(run) -> list[tuple[str, Number, str]]:
-    """(name, number with its standard error, explanation) of the three numbers of the card: the power, the hard
+    """(name, number with its standard error, explanation) of the numbers of the card, three, of a tumbling mill also
+    toe and shoulder: the power, the hard
     impacts, the dose, the share that sliding takes, the median speed: the first three that the run has."""
     if run.unsampled or not int(run.statistic("impacts/all/count")):
         return []
@@ -264,6 +276,15 @@ def tiles(run) -> list[tuple[str, Number, str]]:
     _, error, _ = run.known("median_above_floor") or (0, math.nan, 0)
     median = brief(float(run.statistic("impacts/all/normal_speed/median_above_floor")), error, "m/s")
     found.append(("median impact speed", median, f"normal, of the impacts above 50{SPACE}mm/s"))
+    toe, shoulder = (math.degrees(run.charge[name][0]) if run.charge else math.nan for name in ("toe", "shoulder"))
+    if math.isfinite(toe + shoulder):
+        flying, said = run.charge["in_flight"][0], ["from 6 o'clock to the rising side", *trade(run)]
+        said += [f"{100 * flying:.0f}{SPACE}% of the balls in flight"] * math.isfinite(flying)
+        return [
+            *found[:1],
+            ("toe, shoulder", Number(f"{toe:.0f}°, {shoulder:.0f}°", toe), "; ".join(said)),
+            *found[1:3],
+        ]
     return found[:3]
 
 

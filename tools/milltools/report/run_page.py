@@ -23,7 +23,7 @@ from milltools.base.text import (
 )
 from milltools.dose import dose, wear
 from milltools.player import parts, player
-from milltools.power import drum, models
+from milltools.power import command, drum, models
 from milltools.read import kinds, motions
 from milltools.read.runfile import FORMS
 from milltools.read.wear import why_not
@@ -31,9 +31,10 @@ from milltools.report import facts
 
 HERE = pathlib.Path(__file__).resolve().parent
 CONTENTS = (
-    ("verdict", "Answer"), ("energy", "Energy"), ("charge", "Charge"), ("spectra", "Impacts"), ("wear", "Wear"),
-    ("liner", "Liner"), ("dose", "Dose"), ("summary", "All numbers"), ("maps", "Maps"), ("time", "Over time"),
-    ("anomalies", "Checks"), ("notes", "Notes"), ("how", "How it was run"), ("deck", "Deck"), ("cite", "Cite"),
+    ("verdict", "Answer"), ("energy", "Energy"), ("charge", "Charge"), ("power", "Power"), ("spectra", "Impacts"),
+    ("wear", "Wear"), ("liner", "Liner"), ("dose", "Dose"), ("summary", "All numbers"), ("maps", "Maps"),
+    ("time", "Over time"), ("anomalies", "Checks"), ("notes", "Notes"), ("how", "How it was run"),
+    ("deck", "Deck"), ("cite", "Cite"),
 )  # fmt: skip
 FACES = 6  # of the table of wear are shown at once
 SPEED = "v\N{LATIN SUBSCRIPT SMALL LETTER N}"
@@ -83,7 +84,6 @@ def balance(run) -> list[tuple[str, object, str]]:
         mean = facts.mean(run, f"{run.driven}/{name}", unit)
         if mean is not None:
             found.append((f"{run.driven} {name}", mean, facts.drive_remark(run)))
-    found += formulas(run)
     for name in run.motions if run.driven == "drive" else ():
         power, torque = (facts.mean(run, f"motions/{name}/{what}", unit) for what, unit in facts.DRIVE)
         if power is not None:
@@ -102,15 +102,26 @@ def balance(run) -> list[tuple[str, object, str]]:
     return found
 
 
-def formulas(run) -> list[tuple[str, object, str]]:
-    """The power that formulas of the field give to the charge of a horizontal drum; empty for other mills."""
-    found = []
-    for row in drum.beside(run):
-        if row["basis"] == models.NET:
-            remark = f"{row['basis']}; simulated / formula {brief(row['ratio'], row['ratio_error'], '')}"
-            remark += f"; outside of its range: {row['outside']}" * bool(row["outside"])
-            found.append((f"power by {row['model']}", scaled(row["value"], "W"), remark))
-    return found
+def formulas(run) -> tuple[list[tuple[str, str, str]], list[str], list[list[str]], list[str]]:
+    """Of a horizontal drum: facts of the mill, as `mill power` has them; heads and rows of the power that formulas of
+    the field give, beside that of the run; remarks. Empty for other mills."""
+    rows = drum.beside(run)
+    if not rows:
+        return [], [], [], []
+    about = command.about(drum.mill_of(run.as_deck))
+    about.append(("simulated", f"{with_error(*drum.simulated(run), 'W')}, {models.NET}"))
+    facts = [(name, value.replace("m^3", "m³"), "") for name, value in about]
+    table = []
+    for row in rows:
+        power = f"{scaled(row['value'], 'W')}{'*' * bool(row['outside'])}"
+        table.append([row["model"], row["basis"], power, str(brief(row["ratio"], row["ratio_error"], ""))])
+    notes = [
+        "The simulated power is what the mill gives to the balls: compare it with charge net. Shell or pinion power "
+        "also contains the losses of the bearings, motor power those of gear and motor."
+    ]
+    return facts, ["formula", "where the power is taken", "power", "simulated / formula"], table, [
+        *notes, *command.stars(rows)
+    ]  # fmt: skip
 
 
 def _of_window(run):
@@ -262,15 +273,17 @@ def render(run, watch, rerun: str = "auto", printed: bool = False) -> str:
             still = "" if fragment else base64.b64encode(parts.still(run)).decode()
         figures = {one["anchor"]: one for one in parts.sections(draw_all(watch))}
     unsampled = run.unsampled
-    known, doses = [] if unsampled else precision(run), dosed(run)
+    known, doses, power = [] if unsampled else precision(run), dosed(run), formulas(run)
+    there = {*figures, *["dose"] * bool(doses), *["power"] * bool(power[0])}
     heads, rows = ([], []) if unsampled else contacts(run)
     deck = run.deck_text()
     return parts.page(
         HERE,
         title=facts.finding(run),
         kicker=" \N{MIDDLE DOT} ".join((name, plain(os.path.basename(run.path)), made, plain(run.status))),
-        contents=[c for c in CONTENTS if c[0] not in parts.OPTIONAL or c[0] in figures or (c[0] == "dose" and doses)],
+        contents=[c for c in CONTENTS if c[0] not in (*parts.OPTIONAL, "power") or c[0] in there],
         charge=charge(run),
+        power=power,
         mill=facts.subject(run),
         window=facts.window(run) if run.time > 0 else "",
         checks=facts.checks(run),

@@ -30,7 +30,8 @@ OPTIONS = (
         "everything as one page; runs the best design once more for its animation, and others while time is left: up "
         "to about 30 s",
     ),
-    ("deck", "FILE", "the deck of the best design, with all defaults"),
+    ("deck", "FILE", "the deck of the best design, or of --design, with all defaults"),
+    ("design", "N", "with --deck: another design, by its number in the table (--csv and the page have it)"),
     ("csv", "FILE", "all runs, keys in the units of the study deck, all else in SI"),
     (
         "objective",
@@ -52,7 +53,7 @@ def add_arguments(parser):
     parser.add_argument("study", metavar="FILE", help="table of a study (NAME.parquet), its journal, or the study deck")
     for name, what, words in OPTIONS:
         kind = {"metavar": what} if what else {"action": "store_true"}
-        kind |= {"action": "append", "default": []} if name == "require" else {}
+        kind |= {"action": "append", "default": []} if name == "require" else {"type": int} if name == "design" else {}
         parser.add_argument(f"--{name}", help=words, **kind)
 
 
@@ -98,6 +99,8 @@ def run(arguments) -> Answer:
             raise UserError(f"{path}: exists already; give another name")
     if arguments.reference and not arguments.beside:
         raise UserError("--reference: only with --beside")
+    if arguments.design is not None and not arguments.deck:
+        raise UserError("--design: only with --deck")
     if arguments.follow and arguments.json:
         raise UserError("--follow: not with --json, which prints one object")
     if arguments.follow:
@@ -124,8 +127,8 @@ def run(arguments) -> Answer:
     if asked:
         from milltools.study.show import outputs
 
-        options = {"x": arguments.x, "y": arguments.y, "average": arguments.average}
-        written = outputs.write(asked, view, objective, sensitivities, beside=beside, wanted=wanted, **options)
+        options = {"x": arguments.x, "y": arguments.y, "average": arguments.average, "beside": beside, "wanted": wanted}
+        written = outputs.write(asked, view, objective, sensitivities, design=arguments.design, **options)
     if not arguments.follow:
         said[:0] = summary.lines(view, sensitivities, objective if arguments.objective else None)
     files = list(dict.fromkeys([*written, *(asked[kind] for kind in ("csv", "html", "deck") if kind in asked)]))

@@ -52,8 +52,14 @@ def figures(view, objective, sensitivities=(), beside=None, wanted=None, **optio
         yield "beside", f"Beside {plain(beside.name)}", words, make
 
 
-def best_deck(view, objective):
-    """The Deck of the best design; UserError if there is no best design, or if its deck names a file."""
+def best_deck(view, objective, number=None):
+    """The Deck of the best design, or of the one with this number in the table; UserError if there is none, or if its
+    deck names a file."""
+    if number is not None:
+        own = view.design_of[(view.rows["design"] == number).to_numpy()]
+        if not len(own):
+            raise UserError(f"--design {number}: {view.name} has no run of a design with this number")
+        return deck_of(view, int(own[0]))
     best = optimum.find(view, objective)
     if best is None:
         raise UserError(f"{view.name}: there is no best design yet", status=1)
@@ -88,17 +94,18 @@ def draw(table, path):
     style.save(make(), path, DOTS)
 
 
-def write(asked, view, *more, **options) -> list[str]:
+def write(asked, view, *more, design=None, **options) -> list[str]:
     """Writes the requested files, {kind: path}; returns the names of the page and of the pictures: one PDF for all, or
-    one file each."""
+    one file each. `design`: the number of the one whose deck is asked for, None: the best."""
     kinds = functools.cache(lambda: list(figures(view, *more, **options)))
     if "csv" in asked:
         csv(view, asked["csv"], *more[:1])
     if "html" in asked:
         write_text(asked["html"], _page(view, more[0], kinds(), options))
     if "deck" in asked:
-        what = f"# Best design of the study {plain(view.name)}, by {more[0].words}"
-        write_text(asked["deck"], f"{what}\n{best_deck(view, more[0]).text}")
+        which = f"Best design of the study {plain(view.name)}, by {more[0].words}"
+        which = which if design is None else f"Design {design} of the study {plain(view.name)}"
+        write_text(asked["deck"], f"# {which}\n{best_deck(view, more[0], design).text}")
     names = [asked["html"]] if "html" in asked else []
     for path in (pathlib.Path(asked[kind]) for kind in ("png", "svg") if kind in asked):
         for name, _, _, make in kinds():

@@ -21,7 +21,7 @@ from milltools.player import parts, player
 from milltools.read import values
 from milltools.read.runfile import Run
 from milltools.study.show import contour, optimum, pair, summary, tradeoff
-from milltools.study.show.data import base_of, settings
+from milltools.study.show.data import base_of, deck_entries, settings
 
 FOLDER = pathlib.Path(__file__).parent
 MOST_MILLS = 6
@@ -87,12 +87,13 @@ def data(view, objective, mills) -> dict:
     found = {path: view.estimate(path) for path in aims}
     best = optimum.find(view, objective)
     state = np.where(view.usable & ~view.feasible, "not allowed", view.designs["state"])
-    designs, words = [], spoken(view)
+    designs, words, base = [], spoken(view), any(one.section == "set" for one in deck_entries(view.meta, "study"))
     for k in range(len(view.designs)):
         line = view.designs.iloc[k]
         designs.append({
             "name": view.tell(k), "state": str(state[k]),
-            "set": " ".join(f"-s {shlex.quote(text)}" for text in settings(view, k, words)),
+            "set": _command(view, k) if base else
+                   " ".join(f"-s {shlex.quote(text)}" for text in settings(view, k, words)),
             "keys": [float(line[a.key]) / a.scale.size if a.numeric else a.choices.index(line[a.key])
                      for a in view.axes],
             "aims": [_number(found[path].mean[k]) for path in aims],
@@ -110,6 +111,13 @@ def data(view, objective, mills) -> dict:
         "designs": designs, "pairs": pairs, "plane": _plane(view, objective), "colours": table.ravel().tolist(),
         "best": best.design if best else None, "front": _front(view, shown), "mills": mills,
     }  # fmt: skip
+
+
+def _command(view, k) -> str:
+    """What writes the deck of a design: options for the base deck would leave out [set] of the study."""
+    number = view.rows["design"].to_numpy()[view.design_of == k][0]
+    table = shlex.quote(f"{view.name}.parquet")
+    return f"mill study {table} --design {number} --deck {shlex.quote(f'{view.name}-{number}.ini')}"
 
 
 def _signs(text: str) -> str:
