@@ -106,11 +106,16 @@ def test_the_figure_as_inline_svg_stands_alone(run):
 
 
 def test_the_figure_marks_toe_and_shoulder_where_the_run_has_them(run):
-    ax = FIGURES["charge"].draw(run).axes[0]
+    figure = FIGURES["charge"].draw(run)
+    ax = figure.axes[0]
     said = {text.get_text().split("\n")[0]: text.get_text().split("\n")[1] for text in ax.texts}
     for name in ("toe", "shoulder"):
         angle, error = run.charge[name]
         assert said[name] == str(degrees(angle, error))
+    assert all(np.hypot(*text.get_position()) > 1.5 * View(run).radius for text in ax.texts)  # they hide no balls
+    (legend,) = figure.legends
+    words = [text.get_text() for text in legend.get_texts()]
+    assert {"half as dense as at its densest", "centre of mass", "dynamic angle of repose"} < set(words)
     ends = [np.array(line.get_xydata()[1]) for line in ax.lines if line.get_linewidth() == 2.5]
     angles = [math.atan2(x, -y) for x, y in ends]
     assert angles == pytest.approx([run.charge["toe"][0], run.charge["shoulder"][0]])

@@ -547,6 +547,35 @@ def test_the_axis_is_the_origin_where_that_is_inside_and_else_the_middle(drawing
         assert f"axis       {axis} mm: {why}" in mill("contour", "a.dxf").stdout
 
 
+def test_the_axis_is_where_plates_have_their_centre_also_with_an_odd_number_of_lifters(drawing, found):
+    _, space, save = drawing()
+    place = lambda r, a: (1500 + r * math.cos(math.radians(a)), 1150 + r * math.sin(math.radians(a)))  # noqa: E731
+    for k in range(11):
+        a, b, c = 360 / 11 * k, 360 / 11 * k + 5, 360 / 11 * (k + 1)
+        for ends in ((place(600, a), place(550, a)), (place(550, a), place(550, b)), (place(550, b), place(600, b))):
+            space.add_line(*ends)
+        space.add_arc((1500, 1150), 600, b, c)
+    save()
+    _, facts = found()
+    assert facts["centre"] == pytest.approx([1500, 1150], abs=1e-6)
+
+
+def test_a_frame_around_a_finer_curve_and_a_liner_in_pieces_are_told(drawing, mill):
+    _, space, save = drawing()
+    space.add_lwpolyline([(0, 0), (2970, 0), (2970, 2100), (0, 2100)], close=True, dxfattribs={"layer": "FRAME"})
+    hexagon = [(1500 + 500 * math.cos(k), 1000 + 500 * math.sin(k)) for k in np.arange(6) * math.pi / 3]
+    space.add_lwpolyline(hexagon, close=True, dxfattribs={"layer": "LINER"})
+    save()
+    said = "warning: 1 closed curve with more corners inside of the one that is taken"
+    assert said in mill("contour", "a.dxf").stderr
+    assert [mill("contour", "a.dxf", *one).stderr for one in (("--layer", "LINER"), ("--loop", "1"))] == ["", ""]
+    _, space, save = drawing()
+    for k in range(3):
+        space.add_lwpolyline([(5 * k, 0), (5 * k + 4, 0), (5 * k + 4, 1)], close=True)
+    save()
+    assert "warning: 3 closed curves have the same area" in mill("contour", "a.dxf").stderr
+
+
 @pytest.mark.parametrize(
     "draw, options, said",
     [

@@ -12,9 +12,11 @@ import pytest
 from conftest import PROGRAM, once
 
 from milltools.base.errors import UserError
+from milltools.base.text import number
 from milltools.dose import liner, wear
 from milltools.dose.liner import Liner, Turn
 from milltools.figures import FIGURES
+from milltools.figures.charge import View
 from milltools.geometry.contour import Contour
 from milltools.read.runfile import Run
 from milltools.study.life import Life
@@ -234,12 +236,15 @@ def test_the_worn_contour_is_one_that_millsim_reads(mill, path, tmp_path):
     assert len(rows) == len(Contour.read(tmp_path / "next.txt").vertices)
 
 
-def test_a_step_that_is_too_large_is_told_with_the_number_of_steps(mill, path):
-    facts = json.loads(mill("wear", str(path), "--worn", "a.txt", "--removed", "30 %", "--json").stdout)["worn"]
+def test_a_large_step_is_told_with_the_number_of_steps_and_a_larger_one_only_made_if_forced(mill, path, tmp_path):
+    words = "wear", str(path), "--worn", "a.txt", "--removed"
+    done = mill(*words, "30 %")
+    assert done.returncode == 2 and not (tmp_path / "a.txt").exists()
+    facts = json.loads(mill(*words, "30 %", "--force", "--json").stdout)["worn"]
     assert facts["steps"] == math.ceil(facts["largest_depth"] / facts["height"] / 0.05) > 5
-    said = " ".join(mill("wear", str(path), "--worn", "b.txt", "--removed", "30 %").stdout.split())
-    assert f"make {facts['steps']} steps" in said
-    assert "steps" not in mill("wear", str(path), "--worn", "c.txt", "--removed", "1 %").stdout
+    assert f"make {facts['steps']} steps" in done.stderr
+    assert "make 2 steps" in " ".join(mill(*words, "4 %", "--force").stdout.split())
+    assert "steps" not in mill(*words, "1 %", "--force").stdout
 
 
 def test_erosion_takes_a_depth_with_the_density_of_the_liner(run):
@@ -254,13 +259,13 @@ def test_erosion_takes_a_depth_with_the_density_of_the_liner(run):
     "words, said",
     [
         (["--after", "1 h"], "--after: only with --worn NEXT.txt"),
-        (["--worn", "n.txt"], "--worn: expected one of --after '1000 h' and --removed '10 %'"),
+        (["--worn", "n.txt"], "--worn: expected one of --after '1000 h' and --removed '5 %'"),
         (["--worn", "n.txt", "--after", "1 h", "--removed", "1 %"], "--worn: expected one of"),
         (["--worn", "-", "--after", "1 h"], "-: expected the name of a file"),
         (["--worn", "n.txt", "--after", "1 mm"], "--after: expected a time"),
         (["--worn", "n.txt", "--after", "1e9 h"], "--after: must be at most 1000000000 s, got '1e9 h'"),
         (["--worn", "n.txt", "--after=-10h"], "--after: must be 0 or more, got '-10h'"),
-        (["--worn", "n.txt", "--removed", "5 mm"], "--removed: expected a share such as '10 %', got '5 mm'"),
+        (["--worn", "n.txt", "--removed", "5 mm"], "--removed: expected a share such as '5 %', got '5 mm'"),
     ],
 )  # fmt: skip
 def test_what_is_wrong_is_told_before_anything_is_written(mill, path, tmp_path, words, said):
@@ -320,6 +325,13 @@ def test_the_figure_has_the_numbers_of_the_file(run):
     ]  # fmt: skip
 
 
+def test_a_contour_of_a_file_throws_balls_by_its_leading_faces(run, monkeypatch):
+    own, text = View(run).thrown(), run.text
+    monkeypatch.setattr(run, "text", lambda key, *more: "file" if key == "drum/profile" else text(key, *more))
+    found = View(run).thrown()
+    assert [found.leaves, found.lands] == pytest.approx([own.leaves, own.lands], abs=math.radians(6))
+
+
 # ---- the life
 
 
@@ -332,7 +344,7 @@ def life(tmp_path):
 
 @pytest.mark.slow
 def test_each_run_of_a_life_has_the_contour_that_the_one_before_has_left(life, mill):
-    done = mill("sweep", "life.study", "-q")
+    done = mill("sweep", "life.study", "-q", "--set", "study.record=power, toe")
     assert done.returncode == 0, done.stderr
     with open(life / "life/life.csv", newline="") as file:
         rows = list(csv.DictReader(file))
@@ -341,6 +353,12 @@ def test_each_run_of_a_life_has_the_contour_that_the_one_before_has_left(life, m
     assert [float(row["lost [m]"]) for row in rows] == pytest.approx([0, 0.0004, 0.0008], rel=1e-3)
     assert float(rows[2]["time [s]"]) > float(rows[1]["time [s]"]) > 0  # the deck has coefficients
     assert (life / "life/life.png").exists()
+    assert list(rows[0])[-4:] == ["power [W]", "power error [W]", "toe [rad]", "toe error [rad]"]
+    heads, units, first = (line.split() for line in done.stdout.splitlines()[:3])
+    assert heads[-2:] == ["power", "toe"] and units[-2:] == ["W", "deg"]
+    assert float(first[-1]) == pytest.approx(math.degrees(float(rows[0]["toe [rad]"])), abs=0.01)
+    tall, stands = (number(1e3 * float(rows[k]["height [m]"])) for k in (0, 2))
+    assert f"of {tall} mm the tops have lost 0.8 mm, and the liner stands {stands} mm high" in done.stdout
 
 
 @pytest.mark.slow
@@ -353,12 +371,22 @@ def test_an_interrupted_life_goes_on_to_the_same_rows(life, mill):
     assert (life / "life/life.csv").read_text() == whole
 
 
+def test_a_life_ends_when_the_liner_stands_lower_than_asked(life):
+    def ends(height, *sets):
+        return Life(life / "life.study", sets).ended([{"height [m]": 0.05}, {"height [m]": height}])
+
+    assert [ends(h, "life.until=67 %") for h in (0.034, 0.033)] == [ends(h) for h in (0.0051, 0.0049)] == [False, True]
+
+
 @pytest.mark.parametrize(
     "change, said",
     [
         ({"removed = 4 %": ""}, "[life]: expected one of 'removed = 5 %' and 'after = 500 h'"),
         ({"removed = 4 %": "removed = 4 mm"}, "life.study:6: [life] removed: expected a share such as 5 %, got '4 mm'"),
-        ({"steps = 2": "stages = 2"}, "life.study:5: [life] stages: unknown key; there are steps, removed, after"),
+        (
+            {"steps = 2": "stages = 2"},
+            "life.study:5: [life] stages: unknown key; there are steps, removed, after, until",
+        ),
         ({"[set]": "[vary]\ndrum.lifters = 4, 6\n[set]"}, "nothing varies in a life but the contour"),
     ],
 )

@@ -22,7 +22,7 @@ from milltools.base.errors import UserError
 from milltools.read import runfile
 from milltools.study.plan import filling, options
 from milltools.study.plan.table import Table, Writer
-from milltools.study.show import canvas, contour, data, optimum, outputs, page, pair, slices, summary
+from milltools.study.show import canvas, contour, data, optimum, outputs, page, pair, slices, summary, tradeoff
 from milltools.study.show.data import StudyView, words_of
 
 SPEED, POWER = made.SPEED, made.POWER
@@ -266,6 +266,31 @@ def test_beside_the_optimum_stands_that_its_contacts_were_computed_without_frict
     assert best[1].strip() == f"runs of this design {DOUBT.format('its')}"
     text = page.render(shown, shown.objectives[0], [])
     assert f"(rotor speed = 859.44 rpm) {DOUBT.format('its')}</li>" in text and best[1].strip() in text
+
+
+def test_a_design_that_had_not_settled_is_told_and_marked():
+    rows, meta = line_of([1.0, 2.0, 1.5, 1.2, 1.1], [0.01, math.nan, 0.01, 0.01, 0.01], noise=False)
+    rows.loc[1, "message"] = "not settled: no errors are known"
+    shown = view(rows, meta)
+    assert summary.finding(shown, shown.objectives[0]).endswith("; its own run had not settled")
+    text = "\n".join(summary.lines(shown))
+    which = shown.tell(1)
+    assert f"1 of 5 runs ({which}) had not settled: its errors are not known: sample later (run.sample_from)" in text
+    assert text.count("best, not settled") == text.count("not settled\n") == 1
+
+
+def test_a_long_name_heads_no_column_and_a_limit_in_per_cent_has_its_values_so():
+    rows, meta = line_of([1.0, 2.0, 1.5], [0.01] * 3, require=["above_toe <= 45 %"])
+    rows["above_toe"], rows["above_toe:error"] = [0.2, 0.5, 0.4], 0.01
+    shown = view(rows, meta)
+    heads, *lines = summary.best_table(shown, shown.objectives[0])
+    assert heads[heads.index("above_toe [%]") :][:2] == ["above_toe [%]", "95 %"]
+    assert sorted(line[heads.index("above_toe [%]")] for line in lines) == ["20.0", "40.0", "50.0"]
+    assert any("above_toe 50 > 45 %" in line for line in lines[-1])
+    meets = "there: 40.0 +- 2.0 % (95 %), required above_toe <= 45 %"
+    assert any(meets in line for line in summary.optimum_lines(shown, shown.objectives[0]))
+    (pair,) = tradeoff.pairs(shown, shown.objectives[0])
+    assert (pair.x.path, pair.slope) == ("above_toe", None)  # a share is no cost of which the speed is a multiple
 
 
 def test_of_many_designs_without_friction_the_ranges_are_told():

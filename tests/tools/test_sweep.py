@@ -354,6 +354,8 @@ def test_a_run_that_computed_contacts_without_friction_is_done_and_its_message_s
     done = one_job()
     row = job.read(done, finished(done, {"run/smoothed": 3}))
     assert (row["status"], row["message"]) == ("done", "contacts were computed without friction")
+    row = job.read(done, finished(done, {"statistics/precision/doubt": "not settled"}))
+    assert (row["status"], row["message"]) == ("done", "not settled: no errors are known")
     row = job.read(done, finished(done, {"run/smoothed": 3, "run/ended_by": "max_collisions"}))
     said = "stopped at run.max_collisions; contacts were computed without friction"
     assert (row["status"], row["message"]) == ("capped", said)

@@ -5,10 +5,13 @@ import os
 import pathlib
 import re
 
+import numpy as np
+
 from milltools.base.answer import Answer
 from milltools.base.errors import UserError
 from milltools.base.extras import needs
 from milltools.base.files import check_writable, write_text
+from milltools.base.progress import say
 from milltools.base.text import number, plain, plural, quantity
 
 SUMMARY = (
@@ -20,6 +23,8 @@ SUMMARY = (
 UNITS = ("um", "mm", "cm", "m", "in", "ft")
 READ = 4000  # vertices of a contour that millsim reads
 PICTURES = (".svg", ".png", ".pdf")
+MOST = 200  # arcs whose centre may be the axis
+SHARED = 0.2  # of the curve are arcs whose common centre is the axis
 TOLD = 5  # other loops that are named
 
 
@@ -35,7 +40,7 @@ def add_arguments(parser):
     add(
         "--centre", nargs=2, type=float, metavar=("X", "Y"),
         help="the drum's axis, in the unit of the drawing (default: its origin if that is inside the curve, else the "
-        "centre of the curve's bounding box)",
+        "centre that its arcs share, else that of its bounding box)",
     )  # fmt: skip
     add(
         "--tolerance", type=float, metavar="LENGTH",
@@ -160,6 +165,8 @@ def _from_drawing(arguments):
         lines.append(f"not taken  {sizes}, layer {', '.join(sorted(map(plain, on)))}: --loop {k + 1} takes it")
     if len(others) > TOLD:
         lines.append(f"           and {len(others) - TOLD} smaller ones; --layer reads one layer only")
+    if not arguments.loop:
+        _doubt(found.loops)
     facts = {
         "unit": unit, "unit_from": found.unit_from, "layers": sorted(layers), "ignored": found.ignored,
         "centre": list(centre), "loops": len(found.loops), "gap": found.widest * over / under,
@@ -168,20 +175,57 @@ def _from_drawing(arguments):
     return shape, lines, facts, at
 
 
+def _doubt(loops):
+    """Warns where the largest curve may not be the liner."""
+    curve, _ = loops[0]
+    finer = [k for k, (one, _) in enumerate(loops) if len(one.vertices) > len(curve.vertices)]
+    finer = [k for k in finer if loops[k][0].area > 0.01 * curve.area]
+    within = [k for k in finer if curve.gap(loops[k][0].vertices[:1, :2])[0] > 0]
+    if within:
+        layer = ", ".join(sorted(map(plain, loops[within[0]][1])))
+        say(
+            "mill contour",
+            f"warning: {plural(len(within), 'closed curve')} with more corners inside of the one that is taken: if "
+            f"that is a frame or the shell, --layer {layer} or --loop {within[0] + 1} takes the liner",
+        )
+    liner = loops[within[0]][0] if within else curve
+    alike = sum(abs(one.area - liner.area) < 0.01 * liner.area for one, _ in loops)
+    if alike > 2:
+        say(
+            "mill contour",
+            f"warning: {alike} closed curves have the same area: the liner may be in pieces; draw "
+            "its inner face as one closed curve",
+        )
+
+
 def _axis(given, curve):
     """(point of the axis in the drawing, why this one)."""
     if given:
         if curve.gap([given])[0] <= 0:
             raise UserError(f"--centre {given[0]:g} {given[1]:g}: is not inside the curve")
         return tuple(given), "--centre"
-    middle = tuple(float(x) for x in curve.box.mean(axis=0))
+    middle, of = _middle(curve)
     if curve.gap([(0.0, 0.0)])[0] > 0:
         off = math.hypot(*middle)
-        far = (
-            f"; the centre of the bounding box is ({middle[0]:.6g}, {middle[1]:.6g})" if off > 1e-4 * curve.size else ""
-        )
+        far = f"; {of} is ({middle[0]:.6g}, {middle[1]:.6g})" if off > 1e-4 * curve.size else ""
         return (0.0, 0.0), f"the origin, which is inside the curve{far}; --centre gives another one"
-    return middle, "the centre of the bounding box, for the origin is outside; --centre gives another one"
+    return middle, f"{of}, for the origin is outside; --centre gives another one"
+
+
+def _middle(curve):
+    """The centre that arcs share, such as those of plates, if it is inside and they are much of the curve; else that of
+    the bounding box; and which one it is."""
+    arcs = np.flatnonzero(curve.is_arc)
+    length, centres = curve.lengths[arcs], curve.centre[arcs]
+    longest = centres[np.argsort(-length)[:MOST]]
+    near = np.hypot(*np.moveaxis(longest[:, None] - centres, -1, 0)) < 1e-4 * curve.size
+    share = near @ length / curve.length
+    if len(arcs) and share.max() > SHARED:
+        own = near[share.argmax()]
+        middle = length[own] @ centres[own] / length[own].sum()
+        if curve.gap([middle])[0] > 0:
+            return tuple(map(float, middle)), f"the centre of arcs that are {100 * share.max():.0f} % of the curve"
+    return tuple(float(x) for x in curve.box.mean(axis=0)), "the centre of the bounding box"
 
 
 def _size(shape, facts, at):
@@ -212,4 +256,5 @@ def _fit(ball, places, largest, at):
     fits = f"{at((x, y))}: {quantity(2 * radius, 'm', 4)} fits there"
     if largest is not None:
         return f"ball       {said} fits nowhere; the widest place is {fits}"
-    return f"ball       {said} does not fit at {count}; the narrowest is {fits}"
+    free = "The gaps behind stay free of such balls, as usual at the foot of lifters"
+    return f"ball       {said} does not fit at {count}; the narrowest is {fits}. {free}"

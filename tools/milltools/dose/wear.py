@@ -31,6 +31,7 @@ SUMMARY = (
 )
 YEAR = 365.25 * 86400
 ENOUGH = 20  # impacts on a facet, for its depth to be told, and for it to set a scale of colours
+MOST = 0.2  # of the height of a liner may go in one step, unless it is forced
 LEAST = 1e-3  # faces with a smaller share of the power do not count as the densest
 # what pictures show, columns of the file: words, unit, and how many of this unit are 1 SI
 SHOWN = {
@@ -155,7 +156,7 @@ def worn_after(found: Liner, arguments) -> tuple[np.ndarray, float]:
         if not known:
             raise UserError(
                 f"{found.run.path}: no depth after a time without coefficients: add {SUCH_AS} (for erosion "
-                "-s 'wear.erosion=1e-12 kg/J' --density '7.8 g/cm^3'), or give --removed '10 %' in place of --after"
+                "-s 'wear.erosion=1e-12 kg/J' --density '7.8 g/cm^3'), or give --removed '5 %' in place of --after"
             )
         return rate * time, time
     share = _share(arguments.removed)
@@ -170,7 +171,7 @@ def _share(text: str) -> float:
     try:
         (one,) = values.tell([f"balls.fill={text}"])
     except UserError:
-        raise UserError(f"--removed: expected a share such as '10 %', got '{plain(text)}'") from None
+        raise UserError(f"--removed: expected a share such as '5 %', got '{plain(text)}'") from None
     return float(one.value)
 
 
@@ -178,6 +179,13 @@ def wear_out(found: Liner, arguments) -> tuple[str, dict]:
     """Writes the contour that is left to --worn; what it says, and the facts."""
     depth, time = worn_after(found, arguments)
     left, largest = found.worn(depth), float(found.smoothed(depth).max())
+    share, steps = (largest / found.height, math.ceil(largest / found.height / STEP)) if found.height else (0.0, 1)
+    much = (
+        f"this is {100 * share:.0f} % of the height of the liner in one step, and its shape changes what the balls do: "
+        f"make {steps} steps, each with a run of its own ('mill sweep input/liner-life.study' does it)"
+    )
+    if share > MOST and not arguments.force:
+        raise UserError(f"--worn: {much}, or --force")
     removed = left.area - found.contour.area
     when = f" after {number(time / 3600)} h" if time == time else ""
     reads = f"body.{found.run.vessel}.file" if found.run.vessel else "drum.profile = file"
@@ -187,12 +195,7 @@ def wear_out(found: Liner, arguments) -> tuple[str, dict]:
         f"{plain(arguments.worn)}: the contour{when}, {len(left.vertices)} vertices; {number(1e6 * removed)} mm² "
         f"removed, at most {number(1e3 * largest)} mm deep. {reads} reads it."
     )
-    share, steps = (largest / found.height, math.ceil(largest / found.height / STEP)) if found.height else (0.0, 1)
-    if share > STEP:
-        said += (
-            f" This is {100 * share:.0f} % of the height of the liner in one step, and its shape changes what the "
-            f"balls do: make {steps} steps, each with a run of its own ('mill sweep input/liner-life.study' does it)."
-        )
+    said += f" T{much[1:]}." * (share > STEP)
     facts = {"time": time, "removed_area": removed, "largest_depth": largest, "height": found.height, "steps": steps}
     return said, facts
 
@@ -293,9 +296,9 @@ def add_arguments(parser):
     add = parser.add_argument
     add("--worn", metavar="NEXT.txt", help="write the contour of the liner that is left: lines and arcs")
     add("--after", metavar="TIME", help="with --worn: after so much time, such as '1000 h'; needs coefficients")
-    add("--removed", metavar="SHARE", help="with --worn: when the tops have lost this share of the height, as '10 %%'")
+    add("--removed", metavar="SHARE", help="with --worn: when the tops have lost this share of the height, as '5 %%'")
     add("--density", metavar="DENSITY", help="of the liner, with which erosion removes a depth, such as '7.8 g/cm^3'")
-    add("-f", "--force", action="store_true", help="overwrite an existing file")
+    add("-f", "--force", action="store_true", help="overwrite an existing file; wear much in one step")
 
 
 def check(arguments):
@@ -306,7 +309,7 @@ def check(arguments):
     if arguments.worn is None:
         return
     if len(given) != 1:
-        raise UserError("--worn: expected one of --after '1000 h' and --removed '10 %'")
+        raise UserError("--worn: expected one of --after '1000 h' and --removed '5 %'")
     check_writable(arguments.worn, [arguments.run])
     if os.path.lexists(arguments.worn) and not arguments.force:
         raise UserError(f"{plain(arguments.worn)}: exists already; --force overwrites it")

@@ -5,12 +5,15 @@ import math
 
 import numpy as np
 from matplotlib.collections import EllipseCollection
-from matplotlib.patches import Polygon
+from matplotlib.lines import Line2D
+from matplotlib.patches import FancyArrowPatch, Polygon
+from matplotlib.patheffects import Normal, Stroke
 
 from milltools.base.text import degrees, number
+from milltools.dose import liner
 from milltools.figures import outlines
 from milltools.figures.base import WIDTH, Figure, labels, sampled, subtitle
-from milltools.figures.style import INK, SMALL, SPEEDS, colour_bar, millimetres, rounded_up
+from milltools.figures.style import INK, SMALL, SPEEDS, colour_bar, legend, millimetres, rounded_up
 from milltools.geometry import throw, vessel
 from milltools.geometry.bodies import Mill, moved
 from milltools.geometry.trajectory import stored
@@ -56,14 +59,17 @@ class View:
         return *places.reshape(2, *y.shape), balls / np.maximum(_spread(room, reach), 1e-9 * room.max())
 
     def thrown(self):
-        """The throw.Throw of the largest ball by a lifter, a body's with a radial face; None without lifters."""
+        """The throw.Throw of the largest ball by a lifter, a body's with a radial face, that of another contour with
+        the mean angle of its leading faces; None without lifters."""
         run = self.run
         height, largest = self.radius - float(run.statistic("charge/layer")) - self.largest, self.largest
         own = [body.kind for body in Mill.of(run).inner if body.motion == run.carrier]
         face = 0.0
         if run.text("drum/profile", "circle") == "lifters":
             own, face = ["ball_drum"], run.quantity(f"drum/lifter_{'front' if self.axes[2, 0] > 0 else 'back'}")
-        if not own or not 0.05 * largest < height:
+        elif not liner.why_not(run):
+            own, face = run.vessel_kinds[:1], liner.Liner(run).front
+        if not own or not 0.05 * largest < height or not math.isfinite(face):
             return None
         friction = run.as_deck.contact(own[0]).friction
         return throw.throw(self.radius, self.speed, largest, height, face, friction, self.gravity)
@@ -78,7 +84,8 @@ class ChargeFigure(Figure):
         "o'clock to the rising side; in parentheses from 3 o'clock, as Morrell counts. Dashed: the dynamic angle "
         "of repose."
     )
-    dotted = " Dotted: the path of a ball, alone, that a lifter throws; a lifter that is a body, with a radial face."
+    dotted = " Dotted: the path of a ball, alone, that a lifter throws; a body with a radial face, a "
+    dotted += "contour of a file with the mean angle of its leading faces."
 
     def says(self, runs):
         return self.caption + self.dotted * any(View(run).thrown() is not None for run in runs)
@@ -105,6 +112,8 @@ class ChargeFigure(Figure):
             subtitle(ax, f"{name}, {sampled(run)}" + (f"; balls at {number(state.time, 4)} s" if state else ""))
             ax.set_ylabel("up [mm]")
         axes[-1].set_xlabel("across, to the side where the wall rises [mm]")
+        handles, words = axes[0].get_legend_handles_labels()
+        legend(figure, handles, words, 2)
         for image in [one for one in balls if one][:1]:
             colour_bar(image, axes, label="speed of the balls [m/s]", extend="max")
 
@@ -132,7 +141,10 @@ class ChargeFigure(Figure):
             ax.add_collection(balls)
         self._average(ax, view, wall)
         self._edges(ax, view)
-        reach = 1.03 * view.radius
+        reach = 1.2 * view.radius
+        turn = [1.06 * view.radius * np.array([-math.sin(a), math.cos(a)]) for a in (0.55, 0.9)]
+        look = {"arrowstyle": "->", "connectionstyle": "arc3,rad=0.09", "mutation_scale": 10}
+        ax.add_patch(FancyArrowPatch(*turn, color=INK, **look))
         ax.set(xlim=(-reach, reach), ylim=(-reach, reach))
         ax.set_aspect("equal")
         ax.grid(False)
@@ -141,20 +153,24 @@ class ChargeFigure(Figure):
 
     def _average(self, ax, view, wall):
         """Draws where the charge is, its centres and slope, and the path of a ball that is thrown."""
+        line = Line2D([], [], color="#f4f4f4", lw=1.3, label="half as dense as at its densest")
+        line.set_path_effects([Stroke(linewidth=2.6, foreground="#101010"), Normal()])
         if found := view.fullness():
+            ax.add_line(line)
             *places, full = found
             level = FULL * np.quantile(full[full > 0], 0.95) if (full > 0).any() else 0
             for look in ({"colors": "#101010", "linewidths": 2.6}, {"colors": "#f4f4f4", "linewidths": 1.3}):
                 ax.contour(*places, full, [level], zorder=3, **look).set_clip_path(wall)
         for name, mark in (("mass", "P"), ("circulation", "o")):
             place = [view.run.charge[f"{name}_{way}"][0] for way in ("across", "up")]
-            ax.plot(*place, mark, ms=6.5, mfc="w", mec="k", mew=1.2, zorder=6)
+            ax.plot(*place, mark, label=f"centre of {name}", ls="", ms=6.5, mfc="w", mec="k", mew=1.2, zorder=6)
             if name == "mass":
                 half = math.sqrt(max(view.radius**2 - place[0] ** 2 - place[1] ** 2, 0))
                 slope = half / math.hypot(*place) * np.array([-place[1], place[0]])
-                ax.plot(*np.transpose([place - slope, place + slope]), "--", color="k", lw=1.0, zorder=4)
+                ax.plot(*np.transpose([place - slope, place + slope]), "--", color="k", lw=1.0, zorder=4,
+                        label="dynamic angle of repose")  # fmt: skip
         if thrown := view.thrown():
-            ax.plot(*thrown.path.T, ":", color=THROW, lw=1.8, zorder=5)
+            ax.plot(*thrown.path.T, ":", color=THROW, lw=1.8, zorder=5, label="path of a ball, alone, from a lifter")
 
     def _edges(self, ax, view):
         """Marks toe and shoulder."""
@@ -165,9 +181,12 @@ class ChargeFigure(Figure):
             way = view.radius * np.array([math.sin(angle), -math.cos(angle)])
             ax.plot(*np.outer(way, (0.82, 1)), color="w", lw=4.5, zorder=5)
             ax.plot(*np.outer(way, (0.8, 1)), color=colour, lw=2.5, zorder=5)
+            side, above = np.sign(way)  # the corners are free
             ax.text(
-                *(0.56 * way), f"{name}\n{degrees(angle, error)}\n({(math.degrees(angle) + 270) % 360:.0f}°)",
-                ha="center", va="center", color=colour, fontsize=SMALL, linespacing=1.15, zorder=7,
+                *(1.18 * view.radius * np.sign(way)),
+                f"{name}\n{degrees(angle, error)}\n({(math.degrees(angle) + 270) % 360:.0f}°)",
+                ha="right" if side > 0 else "left", va="top" if above > 0 else "bottom", color=colour,
+                fontsize=SMALL, linespacing=1.15, zorder=7,
                 bbox={"boxstyle": "round,pad=0.25", "fc": "w", "ec": colour, "lw": 0.8, "alpha": 0.9},
             )  # fmt: skip
 

@@ -6,7 +6,7 @@ import numpy as np
 from milltools.base.text import literal, number
 from milltools.dose import liner
 from milltools.figures.base import WIDTH, Figure, labels, sampled, subtitle
-from milltools.figures.style import COLOURS, INK, legend
+from milltools.figures.style import COLOURS, INK, SMALL, legend
 
 CURVES = (("sliding", "power lost by sliding", "-"), ("normal", "power lost along the normal", "--"))
 
@@ -18,7 +18,7 @@ class LinerFigure(Figure):
         "parts of the contour, averaged over a ball's radius; below it the contour, as height above its outermost "
         "points, with its leading faces marked. Then the mean force on a lifter at each angle after the lowest place, "
         "outwards (solid) and against the turning (dashed), and the impulse of single impacts on lifters that 99 % of "
-        "all that they get there is below; grey: from the toe over the highest place to the shoulder."
+        "all that they get there is below; grey: above the charge, from the toe over the highest place to the shoulder."
     )
 
     def why_not(self, run):
@@ -28,7 +28,7 @@ class LinerFigure(Figure):
         one = liner.Liner(runs[0])
         k, times = one.worst()
         alone = len(runs) == 1 and times > 0
-        return f"Sliding wears the {one.face[k]} most, {number(times)} times the liner's mean" if alone else self.title
+        return f"Sliding wears the {one.face[k]} most, {number(times)} times the mean" if alone else self.title
 
     def paint(self, figure, runs):
         found = [liner.Liner(run) for run in runs]
@@ -48,6 +48,8 @@ class LinerFigure(Figure):
             shape.plot(s, leads, color="#d55e00", lw=3, label=None if k else "leading faces")
             if turns[k]:
                 self._turn(over, turns[k], colour, len(runs) == 1)
+        if shape.get_legend_handles_labels()[0]:
+            shape.legend(frameon=False, loc="best", fontsize=SMALL)
         along.set_ylabel("power [kW/m²]")
         along.set_ylim(bottom=0)
         shape.set(xlabel="developed length of one part [mm]", ylabel="height [mm]")
@@ -62,14 +64,15 @@ class LinerFigure(Figure):
         angle, (wide, sizes, _) = np.degrees(turn.angle), turn.sizes
         axes[0].plot(angle, turn.outward, color=colour, label="outwards")
         axes[0].plot(angle, -turn.forward, color=colour, ls="--", label="against the turning")
-        if alone:
-            axes[0].legend(frameon=False, loc="upper left")
         axes[1].plot(np.degrees(wide), sizes, ".-", color=colour)
         axes[1].set_ylim(bottom=0)
         toe, shoulder = (np.degrees(turn.run.charge[name][0]) for name in ("toe", "shoulder"))
         for ax in axes if alone and np.isfinite(toe + shoulder) else ():
             for ends in ((-180, toe), (shoulder, 180)):
-                ax.axvspan(*ends, color=INK, alpha=0.08, lw=0)
+                words = "above the charge" if ends[1] == 180 else None
+                ax.axvspan(*ends, color=INK, alpha=0.08, lw=0, label=words)
+        if alone:
+            axes[0].legend(frameon=False, loc="upper left", fontsize=SMALL)
 
     def columns(self, run):
         found = liner.Liner(run)

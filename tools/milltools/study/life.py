@@ -17,7 +17,7 @@ from milltools.base.answer import Answer
 from milltools.base.errors import UserError
 from milltools.base.files import opened, write_csv, write_text
 from milltools.base.progress import Progress
-from milltools.base.text import columns, number, plain, plural
+from milltools.base.text import columns, number, plain, plural, spoken_unit
 from milltools.dose import wear
 from milltools.dose.liner import Liner, equal_parts
 from milltools.figures import style
@@ -27,11 +27,13 @@ from milltools.read.runfile import Run
 from milltools.study.plan import filling, job
 from milltools.study.plan.study_deck import Lines, folded, placed_files
 from milltools.study.show import canvas
+from milltools.study.show.data import TURNING, Scale
 
 NAME = "mill sweep"
-KEYS = ("steps", "removed", "after")
+KEYS = ("steps", "removed", "after", "until")
 LINING = re.compile(r"drum\.(profile|file|lifter\w*|buckle\w*|repeats|wave_\d|lean_\d|tool_radius)")
 LEAST = 0.1  # of the first height: less is worn out
+UNIT = re.compile(r"(.*?)(?: \[([^\]]*)\])?")  # behind the name of a column
 RECORD = ("power", "above_toe")
 BEGIN, STEP = ("time [s]", "lost [m]"), ("step time [s]", "step lost [m]")
 FIXED = ("life", "step", *BEGIN, *STEP, "height [m]", "worn [m2]", "front [rad]")
@@ -39,8 +41,9 @@ FIXED = ("life", "step", *BEGIN, *STEP, "height [m]", "worn [m2]", "front [rad]"
 
 class Life:
     """A study deck with [life]; overrides as Study has them. `steps`: runs after the first one; `removed`: share of the
-    first height that the tops lose in a step, or `after`: its time [s], and the other one None; `record`: expressions
-    of results; `folder`: what is written to."""
+    first height that the tops lose in a step, or `after`: its time [s], and the other one None; `until`: it ends with
+    a run whose liner stands lower than this share of the first height; `record`: expressions of results, and their
+    `units` once a run has told them; `folder`: what is written to."""
 
     def __init__(self, path, overrides=(), folder=None):
         told = Lines(pathlib.Path(path), overrides)
@@ -54,6 +57,7 @@ class Life:
             raise UserError(f"{path}: [life]: expected one of 'removed = 5 %' and 'after = 500 h'")
         self.steps = told.whole("steps", 6, 1, section="life")
         self.removed, self.after = (self._value(found.get(name)) for name in ("removed", "after"))
+        self.until, self.units = self._value(found.get("until")) or LEAST, {}
         self.record = [one for name in ("record", "maximise", "minimise") for one in told.paths(name)] or list(RECORD)
         deck, self.text, base = told.deck()
         merged, fixed = folded({value.key: value for value in base}, told.fixed(), told)
@@ -72,9 +76,9 @@ class Life:
         """A share, or a time [s]."""
         if entry is None:
             return None
-        key, such, most = {"removed": ("balls.fill", "a share such as 5 %", 1.0)}.get(
-            entry.key, ("run.time", "a time such as 500 h", math.inf)
-        )
+        key, such, most = ("balls.fill", "a share such as 5 %", 1.0)
+        if entry.key == "after":
+            key, such, most = "run.time", "a time such as 500 h", math.inf
         try:
             (one,) = values.tell([f"{key}={entry.value}"])
         except UserError:
@@ -103,11 +107,14 @@ class Life:
         if force or not self.folder.exists() or (self.folder.is_dir() and not any(self.folder.iterdir())):
             return []
         with opened(file, "a table", "r", newline="", encoding="utf-8") as table:
-            found = list(csv.DictReader(table))
-        if any(list(row) != self.heads or row["life"] != self.digest for row in found):
+            heads, *found = [*csv.reader(table)] or [[]]
+        told = [UNIT.fullmatch(head).groups() for head in heads]
+        alike = [name for name, _ in told] == [UNIT.fullmatch(head)[1] for head in self.heads]
+        if not alike or any(row[:1] != [self.digest] or len(row) != len(heads) for row in found):
             raise UserError(f"{self.folder}: holds the life of another study; choose another name with -o, or --force")
         read = {"life": str, "step": int}
-        return [{name: read.get(name, float)(text or "nan") for name, text in row.items()} for row in found]
+        self.units = {name: unit for name, unit in told if name in self.record}
+        return [{name: read.get(name, float)(text or "nan") for name, text in zip(self.heads, row)} for row in found]
 
     def live(self, quiet=False, force=False) -> list[dict]:
         """Makes the runs that the folder does not have yet; the rows of all."""
@@ -116,13 +123,13 @@ class Life:
         try:
             with processes.stops_in_order(), Progress(NAME, self.steps + 1, quiet, kept=len(rows)) as progress:
                 progress.due = progress.begin  # a run takes minutes
-                while len(rows) <= self.steps and not worn_out(rows):
+                while len(rows) <= self.steps and not self.ended(rows):
                     with progress.step(f"step {len(rows)} of {self.steps}"):
                         row = job.run(self.job(len(rows)), lambda asked, file: self.read(asked, file, rows))
                     if row["status"] == "failed":
                         raise UserError(f"{self.file}: step {len(rows)}: {row['message']}", status=1)
                     rows.append({name: row[name] for name in self.heads})
-                    write_csv(self.folder / "life.csv", self.heads, [list(one.values()) for one in rows])
+                    write_csv(self.folder / "life.csv", self._titles(), [list(one.values()) for one in rows])
         except (KeyboardInterrupt, processes.Stopped) as stop:
             text = f"interrupted; {self.folder} has {len(rows)} of {self.steps + 1} runs; the same command continues"
             raise filling.Interrupted(text, 128 + getattr(stop, "number", 2)) from None
@@ -131,6 +138,19 @@ class Life:
                 self.folder.rmdir()  # if it is empty
         return rows
 
+    def ended(self, rows) -> bool:
+        return bool(rows) and rows[-1]["height [m]"] < self.until * rows[0]["height [m]"]
+
+    def _titles(self):
+        """The heads of the table with the units of what is recorded."""
+        units = [f" [{self.units.get(name) or 1}]" for name in self.record for _ in (0, 1)]
+        return [*FIXED, *map("".join, zip(self.heads[len(FIXED) :], units))]
+
+    def scale(self, name) -> Scale:
+        """How a recorded expression is shown."""
+        unit = self.units.get(name) or ""
+        return Scale(*reversed(TURNING[unit])) if unit in TURNING else Scale(unit=spoken_unit(unit))
+
     def read(self, asked, file, rows) -> dict:
         """The row of a run; writes the contour of the next step."""
         row, step = job.read(asked, file), asked["design"]
@@ -138,7 +158,8 @@ class Life:
             return row
         row |= {f"{name} error": row[f"{name}:error"] for name in self.record}
         with Run(file) as run:
-            found = Liner(run)
+            found, results = Liner(run), job.results_of(run)
+            self.units = {name: expression.parsed(name).of(results).unit for name in self.record}
             if not step:
                 write_text(self.contour(0), found.contour.text([f"life {self.digest}, step 0"]))
             rate = wear.depth_rate(found)
@@ -158,10 +179,6 @@ class Life:
             worn = found.contour.area - Contour.read(self.contour(0)).area
             fixed = (self.digest, step, *begin, time, found.lost(depth), found.height, worn, found.front)
         return row | dict(zip(FIXED, fixed))
-
-
-def worn_out(rows) -> bool:
-    return bool(rows) and rows[-1]["height [m]"] < LEAST * rows[0]["height [m]"]
 
 
 def is_life(path) -> bool:
@@ -199,11 +216,11 @@ def draw(life: Life, rows):
         colour = style.SPEEDS(0.9 * step / max(len(rows) - 1, 1))
         shape.plot(1e3 * outermost * angle[near], 1e3 * height[near], color=colour)
         for ax, name in zip(axes, life.record):
-            error = [np.nan_to_num(rows[step][f"{name} error"])]
-            ax.errorbar(x[step], rows[step][name], error, fmt="o", color=colour, zorder=2)
+            error, size = [np.nan_to_num(rows[step][f"{name} error"])], life.scale(name).size
+            ax.errorbar(x[step], rows[step][name] / size, np.divide(error, size), fmt="o", color=colour, zorder=2)
     for ax, name in zip(axes, life.record):
-        ax.plot(x, [row[name] for row in rows], color=style.INK, lw=0.8, zorder=1)
-        ax.set(xlabel=words if ax is axes[-1] else "", ylabel=canvas.broken(expression.parsed(name).text, 24))
+        ax.plot(x, [row[name] / life.scale(name).size for row in rows], color=style.INK, lw=0.8, zorder=1)
+        ax.set(xlabel=words if ax is axes[-1] else "", ylabel=canvas.broken(name + life.scale(name).bracket, 24))
     shape.set(xlabel="around the axis [mm]", ylabel="height [mm]")
     canvas.title(
         figure, f"{life.folder.name}: one lifter over its life, from dark to light; error bars: one standard error"
@@ -216,7 +233,7 @@ def table(life: Life, rows) -> list[str]:
     """Lines for people: one for each run."""
     known, record = over(rows)[1].startswith("time"), life.record
     heads = ["step", *["time"] * known, "lost", "height", "front", "worn", *record]
-    lines = [heads, ["", *["h"] * known, "mm", "mm", "deg", "cm²", *[""] * len(record)]]
+    lines = [heads, ["", *["h"] * known, "mm", "mm", "deg", "cm²", *(life.scale(name).unit for name in record)]]
     for row in rows:
         told = [
             1e3 * row["lost [m]"],
@@ -224,8 +241,9 @@ def table(life: Life, rows) -> list[str]:
             math.degrees(row["front [rad]"]),
             1e4 * row["worn [m2]"],
         ]
-        told = [row["step"], *[row["time [s]"] / 3600] * known, *told, *(row[name] for name in record)]
-        lines.append([number(float(value)) for value in told])
+        told = [row["step"], *[row["time [s]"] / 3600] * known, *told]
+        values = (life.scale(name).told(row[name], row[f"{name} error"]) for name in record)
+        lines.append([*(number(float(value)) for value in told), *(" +- ".join(filter(None, one)) for one in values)])
     return columns(lines)
 
 
@@ -241,6 +259,13 @@ def run(arguments) -> Answer:
     if not arguments.no_picture:
         files.append(life.folder / "life.png")
         style.save(draw(life, rows), files[-1], 150)
-    ended = "the liner is worn out" if worn_out(rows) else f"{plural(len(rows), 'run')}"
-    said = [*table(life, rows), "", f"{plain(life.folder)}: {ended}; life.csv and the contours, step-K.txt"]
+    first, lost, stands = (1e3 * rows[k][name] for k, name in ((0, "height [m]"), (-1, "lost [m]"), (-1, "height [m]")))
+    told = f"{plural(len(rows), 'run')}" + "; the liner is worn out" * (stands < LEAST * first)
+    if lost > 0:
+        told += (
+            f"; of {number(first)} mm the tops have lost {number(lost)} mm, and the liner stands {number(stands)} mm"
+        )
+        told += " high, for its plate wears, too" * (stands > first - lost)
+    said = [*table(life, rows), "", "+- is one standard error"]
+    said.append(f"{plain(life.folder)}: {told}; life.csv and the contours, step-K.txt")
     return Answer("\n".join(said), {"files": files, "rows": rows})

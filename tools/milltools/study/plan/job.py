@@ -25,6 +25,8 @@ from milltools.read.results import Results
 from milltools.read.runfile import Run
 
 FRICTIONLESS = "contacts were computed without friction"  # in the message of a run with the note "locks"
+UNSETTLED = "not settled: no errors are known"  # of a run whose starts drift
+NOTES = FRICTIONLESS, UNSETTLED
 
 
 class Lost(Exception):
@@ -67,7 +69,7 @@ def run(job, reader=None) -> dict:
         row = (reader or read)(job, folder / "run.h5")
         if cut:
             why = f"stopped after {job['limit']:g} s of {cut}"
-            row.update(status="capped", message=_told(why, FRICTIONLESS in row["message"]))
+            row.update(status="capped", message="; ".join([why, *(note for note in NOTES if note in row["message"])]))
         return row
     finally:
         shutil.rmtree(folder, ignore_errors=True)
@@ -151,7 +153,7 @@ def results_of(run) -> Results:
 
 def read(job, path) -> dict:
     """The row of a finished run, from its file."""
-    row, why = empty(job, "done", ""), ""  # why it is capped
+    row, why, notes = empty(job, "done", ""), "", []  # why it is capped
     try:
         with Run(path) as run:
             results = results_of(run)
@@ -168,12 +170,8 @@ def read(job, path) -> dict:
                 why = "run.time was reached before run.precision"
             if deep := int(run.read("run/overlaps")):
                 why = f"{deep} balls overlap other bodies: the impacts are not reliable"
-            locked = run.has("run/smoothed") and run.read("run/smoothed") > 0
+            notes += [FRICTIONLESS] * bool(run.has("run/smoothed") and run.read("run/smoothed") > 0)
+            notes += [UNSETTLED] * (run.doubt == "not settled")
     except (UserError, TypeError) as fault:
         return empty(job, "failed", str(fault).replace(f"{path}: ", ""))
-    return row | {"status": "capped" if why else "done", "message": _told(why, locked)}
-
-
-def _told(why, locked) -> str:
-    """The message of a row; `locked`: the run has the note "locks"."""
-    return "; ".join([why] * bool(why) + [FRICTIONLESS] * bool(locked))
+    return row | {"status": "capped" if why else "done", "message": "; ".join(filter(None, [why, *notes]))}

@@ -33,7 +33,7 @@ from milltools.read.kinds import label
 from milltools.read.results import Results
 from milltools.study.plan import formulas
 from milltools.study.plan.formulas import Formulas
-from milltools.study.plan.job import FRICTIONLESS
+from milltools.study.plan.job import FRICTIONLESS, UNSETTLED
 from milltools.study.plan.ranges import Range, unit_written
 from milltools.study.plan.study_deck import Objective
 from milltools.study.plan.table import Table
@@ -383,6 +383,11 @@ class StudyView:
     def frictionless(self) -> np.ndarray:
         """Runs (not designs) that computed contacts without friction; tables of earlier versions do not tell."""
         return np.array([FRICTIONLESS in message for message in self.rows["message"]], bool)
+
+    @functools.cached_property
+    def unsettled(self) -> np.ndarray:
+        """Runs (not designs) that have no errors because they have not settled; earlier versions do not tell."""
+        return np.array([UNSETTLED in message for message in self.rows["message"]], bool)
 
     def axis(self, key: str) -> Axis:
         return next(a for a in self.axes if a.key == key)

@@ -13,12 +13,13 @@ from milltools.base.text import columns, duration, plain, plural
 from milltools.study.plan.sealed import STATUSES
 from milltools.study.search import gp
 from milltools.study.show import optimum
-from milltools.study.show.data import Scale, StudyView
+from milltools.study.show.data import TURNING, Scale, StudyView
 
 BEST = 10  # lines of the table of designs
 FEW = 5  # of them at the end of a sweep
 NAMED = 4  # designs that are named one by one; ranges are told of more
 FRONT = 20  # lines of the table of the Pareto front
+WIDE = 40  # letters of a head
 QUIET = 3  # a study counts as resting after this multiple of the usual pause between two runs
 UNDER = " " * 11  # indent of a continued line
 
@@ -90,27 +91,35 @@ def head_lines(view) -> list[str]:
     return out + [f"warning    {note}" for note in view.meta.get("notes") or ()]
 
 
-def doubt_lines(view) -> list[str]:
-    """How many runs computed contacts without friction, and of which designs."""
-    count, of = int(view.frictionless.sum()), len(view.rows)
-    if not count:
-        return []
-    designs = np.unique(view.design_of[view.frictionless])
-    which = "; ".join(map(view.tell, designs))
-    if len(designs) > NAMED:
-        ranges = optimum.spans(view, np.isin(np.arange(len(view.designs)), designs))
-        which = f"{len(designs)} of {len(view.designs)} designs, with {ranges}"
-    whose = "its" if count == 1 else "their"
+def doubts(view) -> list[tuple[np.ndarray, str, str]]:
+    """(the runs, what is wrong with them, what follows for them)."""
     return [
-        f"{count} of {plural(of, 'run')} ({which}) computed contacts without friction: {whose} power and rates are not "
-        "to be trusted"
+        (view.frictionless, "computed contacts without friction", "power and rates are not to be trusted"),
+        (view.unsettled, "had not settled", "errors are not known: sample later (run.sample_from)"),
     ]
+
+
+def doubt_lines(view) -> list[str]:
+    """How many runs cannot be trusted, and of which designs."""
+    told = []
+    for runs, what, so in doubts(view):
+        designs = np.unique(view.design_of[runs])
+        which = "; ".join(map(view.tell, designs))
+        if len(designs) > NAMED:
+            ranges = optimum.spans(view, np.isin(np.arange(len(view.designs)), designs))
+            which = f"{len(designs)} of {len(view.designs)} designs, with {ranges}"
+        whose = "its" if runs.sum() == 1 else "their"
+        told += [f"{runs.sum()} of {plural(len(runs), 'run')} ({which}) {what}: {whose} {so}"] * bool(runs.any())
+    return told
 
 
 def doubt_of(view, design) -> list[str]:
     """The same of one design."""
-    said = "runs of this design computed contacts without friction: its power and rates are not to be trusted"
-    return [said] if view.frictionless[view.design_of == design].any() else []
+    return [
+        f"runs of this design {what}: its {so}"
+        for runs, what, so in doubts(view)
+        if runs[view.design_of == design].any()
+    ]
 
 
 def required(view) -> str:
@@ -126,7 +135,7 @@ def limit_lines(view, design) -> list[str]:
         unsure = math.isfinite(half) and view.meets(one)[design] and one.sign * (value - one.limit) + half > 0
         known = " (95 %)" if math.isfinite(half) else ""
         more = "; within its error it may not meet this" if unsure else ""
-        told.append(f"{aim.words} there: {aim.scale.pair(value, half)}{known}, required {one.text}{more}")
+        told.append(f"{aim.words} there: {scale_of(view, aim).pair(value, half)}{known}, required {one.text}{more}")
     return told
 
 
@@ -160,6 +169,8 @@ def finding(view, objective) -> str:
     under = f" with {required(view)}" if required(view) else ""
     value, others = objective.scale.pair(best.value, best.half), int(best.open.sum()) - 1
     tied = f"; {plural(others, 'other design')} may be as good" if known == " (95 %)" and others > 0 else ""
+    drifts = view.unsettled[view.design_of == best.design].any()
+    tied += "; its own run had not settled" * bool(drifts)
     return f"{view.tell(best.design)} gives {objective.goal_words}{under}: {value}{known}{tied}"
 
 
@@ -236,6 +247,19 @@ def at_edge(view, values) -> list[str]:
     return parts
 
 
+def head_of(aim) -> str:
+    """The name of a column: the expression itself where its words are long."""
+    return aim.words if len(aim.words) <= max(WIDE, len(aim.path)) else aim.path
+
+
+def scale_of(view, aim) -> Scale:
+    """The scale of an expression in texts and tables: degrees, rpm, and per cent where its limit has them."""
+    if aim.unit in TURNING:
+        return Scale(*reversed(TURNING[aim.unit]))
+    limits = [one.text for one in view.require if one.expression.text == aim.path and not aim.unit]
+    return Scale(0.01, "%") if any(text.endswith("%") for text in limits) else aim.scale
+
+
 def table_of(view, which, shown):
     """Heads and lines of designs: place, values of the keys, then of each column (name, scale, values, half widths of
     their 95 % intervals) the value and the interval."""
@@ -261,14 +285,18 @@ def best_table(view, objective, count=BEST):
     shown = [("own runs", objective.scale, found.mean, found.half)]
     if best and best.surface is not None:
         shown.insert(0, ("fit", objective.scale, best.mean, optimum.REACH * best.spread))
-    shown += [(aim.words, aim.scale, m.mean, m.half) for aim, m in limits_of(view) if aim.path != objective.path]
+    shown += [
+        (head_of(aim), scale_of(view, aim), m.mean, m.half) for aim, m in limits_of(view) if aim.path != objective.path
+    ]
     heads, *lines = table_of(view, order, shown)
+    drifts = np.bincount(view.design_of, view.unsettled, len(view.designs))
     for line, k in zip(lines, order):
         word = broken(view, k)
         if not word and math.isfinite(best.half) and not best.open[k]:
             word = f"at most {100 * optimum.ALIKE:g} % worse" if best.alike[k] else "worse"
         line[0] = "" if not view.feasible[k] else line[0]
-        line += [str(found.runs[k]), "best" if best and k == best.design else word]
+        marks = ["best" if best and k == best.design else word, "not settled" * bool(drifts[k])]
+        line += [str(found.runs[k]), ", ".join(filter(None, marks))]
     return [[*heads, "runs", ""], *lines]
 
 
@@ -279,7 +307,8 @@ def broken(view, design) -> str:
         if not view.meets(one)[design]:
             text, sign = one.expression.text, ">" if one.sign > 0 else "<"
             value = view.estimate(text).mean[design]
-            over = f"{text} {value:.5g} {sign} {one.limit:.5g}{view.aim(text).scale.suffix}"
+            scale = scale_of(view, view.aim(text))
+            over = f"{text} {value / scale.size:.5g} {sign} {one.limit / scale.size:.5g}{scale.suffix}"
             told.append(f"{text} has no value" if math.isnan(value) else over)
     return ", ".join(told)
 
@@ -294,7 +323,7 @@ def table_of_runs(view, which):
     """Heads and lines of designs with all objectives and requirements, by their own runs."""
     found = [(o, view.estimate(o.path)) for o in view.objectives]
     found += [(o, means) for o, means in limits_of(view) if o not in view.objectives]
-    return table_of(view, which, [(o.words, o.scale, means.mean, means.half) for o, means in found])
+    return table_of(view, which, [(head_of(o), scale_of(view, o), means.mean, means.half) for o, means in found])
 
 
 def front_table(view, count=FRONT):

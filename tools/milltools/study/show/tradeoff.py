@@ -21,7 +21,6 @@ from milltools.study.show import canvas, optimum, summary
 from milltools.study.show.data import Aim
 
 LABELLED = 14  # designs of a front up to which each has a label
-APART = 95, 10  # [points] smallest distance of two labels
 CORNERS = (1, 1), (1, -1), (-1, 1), (-1, -1)  # right and up of a point, the first is preferred
 OTHER = {"maximise": "minimise", "minimise": "maximise"}
 BARS = {"elinewidth": 0.6, "ecolor": "0.6", "capsize": 0, "ls": "", "marker": ""}
@@ -30,7 +29,7 @@ BARS = {"elinewidth": 0.6, "ecolor": "0.6", "capsize": 0, "ls": "", "marker": ""
 @dataclasses.dataclass(frozen=True)
 class Pair:
     """Two objectives over each other: `x` and `y`. `slope`: the unit of y/x if one is to be small and the other large,
-    so that y/x is an efficiency; None else."""
+    so that y/x is an efficiency; None else, and of a share x, which is no cost."""
 
     x: Aim
     y: Aim
@@ -60,6 +59,8 @@ def _pair(view, x, y):
         return Pair(x, y)
     if x.goal == "maximise":
         x, y = y, x
+    if not x.unit:
+        return Pair(x, y)
     try:
         return Pair(x, y, view.aim(f"({y.path}) / ({x.path})").unit)
     except UserError:
@@ -159,6 +160,7 @@ def _through_origin(ax, pair, x, y, handles):
 
 def _limits(ax, view, pair, handles):
     """Shades what a requirement forbids."""
+    ax.set(xlim=ax.get_xlim(), ylim=ax.get_ylim())  # what is shaded moves them no more
     for one in view.require:
         for aim, shade, ends in ((pair.x, ax.axvspan, ax.get_xlim()), (pair.y, ax.axhspan, ax.get_ylim())):
             if aim.path == one.expression.text and ends[0] < one.limit < ends[1]:
@@ -176,18 +178,22 @@ def _labels(ax, view, x, y, designs):
     spots = ax.transData.transform(np.column_stack([x, y])) * scale
     edge = ax.transAxes.transform([(0, 0), (1, 1)]) * scale
 
-    def crowded(text, spot, corner):
+    def box(text, spot, corner):
         size = np.array([4.2 * len(text) + 8, 14])  # [points] of the label and its offset, in a font of 7 points
-        low, high = spot + np.minimum(0, corner * size), spot + np.maximum(0, corner * size)
+        return spot + np.minimum(0, corner * size), spot + np.maximum(0, corner * size)
+
+    def crowded(low, high, spot):
         beyond = max(*(edge[0] - low), *(high - edge[1])) > 0
-        return np.sum(np.all((spots > low) & (spots < high) & (spots != spot), axis=1)) + 100 * beyond
+        own = np.all(spots == spot, axis=1)
+        hidden = np.sum(np.all((spots > low) & (spots < high), axis=1) & ~own)
+        return hidden + 100 * (beyond or any(np.all((low < other[1]) & (high > other[0])) for other in placed))
 
     for design in designs[:LABELLED]:
-        spot = spots[design]
-        if all(abs(spot[0] - other[0]) > APART[0] or abs(spot[1] - other[1]) > APART[1] for other in placed):
-            text = literal(view.label(design))
-            right, up = min(CORNERS, key=lambda corner: crowded(text, spot, np.array(corner)))
+        spot, text = spots[design], literal(view.label(design))
+        right, up = min(CORNERS, key=lambda corner: crowded(*box(text, spot, np.array(corner)), spot))
+        found = box(text, spot, np.array((right, up)))
+        if not placed or crowded(*found, spot) < 2:
             look = {"ha": "left" if right > 0 else "right", "va": "bottom" if up > 0 else "top"}
             ax.annotate(text, (x[design], y[design]), (7 * right, 4 * up), textcoords="offset points", fontsize=7,
-                        zorder=6, bbox={"fc": "white", "alpha": 0.85, "lw": 0, "pad": 0.8}, **look)  # fmt: skip
-            placed.append(spot)
+                        zorder=2.5, bbox={"fc": "white", "alpha": 0.85, "lw": 0, "pad": 0.8}, **look)  # fmt: skip
+            placed.append(found)
