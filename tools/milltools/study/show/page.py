@@ -97,7 +97,8 @@ def data(view, objective, mills) -> dict:
             "keys": [float(line[a.key]) / a.scale.size if a.numeric else a.choices.index(line[a.key])
                      for a in view.axes],
             "aims": [_number(found[path].mean[k]) for path in aims],
-            "told": [aim.scale.pair(found[path].mean[k], found[path].half[k]) for path, aim in aims.items()],
+            "told": [summary.scale_of(view, aim).pair(found[path].mean[k], found[path].half[k])
+                     for path, aim in aims.items()],
         })  # fmt: skip
     pairs = [{"x": [*aims].index(p.x.path), "y": [*aims].index(p.y.path),
               "slope": p.slope} for p in shown]  # fmt: skip
