@@ -106,7 +106,7 @@ def data(view, objective, mills) -> dict:
     return {
         "keys": [{"name": a.words, "unit": a.scale.unit if a.numeric else "", "words": [] if a.numeric else
                   list(map(str, a.choices)), "log": a.log} for a in view.axes],
-        "aims": [{"name": a.words, "unit": a.unit, "goal": a.goal} for a in aims.values()],
+        "aims": [{"name": summary.head_of(a), "unit": a.unit, "goal": a.goal} for a in aims.values()],
         "limits": [{"aim": [*aims].index(one.expression.text), "sign": one.sign, "limit": one.limit,
                     "text": _signs(one.text)} for one in view.require],
         "designs": designs, "pairs": pairs, "plane": _plane(view, objective), "colours": table.ravel().tolist(),
