@@ -206,7 +206,7 @@ def test_no_table_lists_end_walls_and_the_maps_hold_all_balls(millsim, write_dec
 MILL = SLICE.format(time=0.01, big=5, small=5, length=LENGTH, blades=1).replace("start = start.txt", "speed = 0 m/s")
 BODY = "[motion.arm]\nkind = {kind}\n[body.bar]\nshape = box\nsize = {size}\nmotion = arm\ncentre = 0 0 13 mm\n"
 WRONG = {
-    "drum.length=14 mm": ("[drum] length", "at least three diameters of a ball, 0.015 m"),
+    "drum.length=14 mm": ("[drum] length", "more than three diameters of a ball, 0.015 m"),
     "gravity.acceleration=1 0 -9 m/s^2": ("[gravity] acceleration", "0 along x"),
     "blades.width=20 mm": ("[blades]", "keep a ball's radius, 2.5 mm, away from the periodic ends"),
     "drum.ends=open": ("[drum] ends", "walls"),
