@@ -253,6 +253,13 @@ def test_a_run_is_known_by_what_decides_it_not_by_how_it_is_written(write_study,
     assert Study(again.file).job(3, DESIGN)["id"] == first
 
 
+def test_a_number_of_balls_that_set_gives_replaces_the_one_of_the_deck(write_study):
+    one = STUDY.replace("balls.count = 40..60 step 20\n", "")
+    assert "balls.count" in Study(write_study(one)).common()
+    common = Study(write_study(one.replace("[set]\n", "[set]\nballs.mass = 30 g\n"))).common()
+    assert common["balls.mass"] == "0.03 kg" and "balls.count" not in common
+
+
 @pytest.mark.parametrize(
     "old, new",
     [

@@ -28,6 +28,7 @@ SEEDS = 2**32
 METHODS = ("grid", "lhs", "sobol", "saltelli")
 KEYS = ("deck", "maximise", "minimise", "require", "record", "replicates", "seed", "seeds", "precision",
         "max_collisions", "cpu_limit", "method", "samples")  # fmt: skip
+NUMBERS = ("count", "fill", "bulk_fill", "mass")  # of balls: each replaces the others
 RIVALS = {"rotor.tip_speed": "rotor.speed"}  # a key replaces another one of the base deck
 # output of a run in addition to its statistics, and its cost: these keys have no effect on the statistics
 STORED_ONLY = ("output.frames", "output.series", "output.checkpoint", "output.impacts", "run.threads")
@@ -253,6 +254,9 @@ class Study:
     def common(self) -> dict[str, str]:
         """The content of the fingerprint in readable form: {section.key or another name: text}."""
         keys = {k: v.order.partition("=")[2] for k, v in self.base.items() if k not in STORED_ONLY}
+        for section, _, name in (one.key.rpartition(".") for one in self.fixed):
+            for other in {*NUMBERS} - {name} if name in NUMBERS else ():
+                keys.pop(f"{section}.{other}", None)
         rest = {"the start file": self.start and f"one with digest {self.start[:8]}",
                 "the files": ", ".join(f"{key} with digest {digest[:8]}" for key, digest in self.files.items()),
                 "what is recorded": ", ".join(sorted(self.paths)),
