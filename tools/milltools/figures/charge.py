@@ -167,7 +167,7 @@ class ChargeFigure(Figure):
             if name == "mass":
                 half = math.sqrt(max(view.radius**2 - place[0] ** 2 - place[1] ** 2, 0))
                 slope = half / math.hypot(*place) * np.array([-place[1], place[0]])
-                ax.plot(*np.transpose([place - slope, place + slope]), "--", color="k", lw=1.0, zorder=4,
+                ax.plot(*np.transpose([place - slope, place + slope]), "--", color=INK, lw=1.0, zorder=4,
                         label="dynamic angle of repose")  # fmt: skip
         if thrown := view.thrown():
             ax.plot(*thrown.path.T, ":", color=THROW, lw=1.8, zorder=5, label="path of a ball, alone, from a lifter")
