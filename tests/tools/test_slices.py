@@ -91,12 +91,8 @@ def test_no_tool_knows_end_walls(run, mill, tmp_path):
     corners = np.frombuffer(raw[84:], np.dtype([("n", "<3f4"), ("p", "<9f4"), ("a", "<u2")]))["p"].reshape(-1, 3)
     assert struct.unpack("<I", raw[80:84])[0] == len(corners) // 3
     assert np.abs(corners[:, 0]).max() == pytest.approx(0.01)  # walls would be outside of this
-    for words, reason in (
-        (("export", "deck.ini", "walls.stl", "--part", "walls"), "no such part"),
-        (("dem", "deck.ini"), "[drum] ends: mill dem needs end walls: set 'ends = walls'"),
-    ):
-        done = mill(*words)
-        assert done.returncode == 2 and reason in done.stderr
+    done = mill("export", "deck.ini", "walls.stl", "--part", "walls")
+    assert done.returncode == 2 and "no such part" in done.stderr
 
 
 def test_the_axial_cut_has_no_line_at_the_ends(run):
