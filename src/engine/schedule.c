@@ -132,7 +132,7 @@ static bool build(struct mill_schedule *p, struct mill_world *w)
     p->search = mill_pairs_choose();
     p->pull = vec3_norm(w->g);
     p->thinnest = INFINITY;
-    p->lately = mill_memory_take(&p->memory, (size_t)w->motions, sizeof *p->lately);
+    p->lately = mill_memory_take(&p->memory, (size_t)w->motions + 1, sizeof *p->lately);
     p->radius = mill_memory_take(&p->memory, (size_t)w->species_count, sizeof *p->radius);
     p->plan = mill_memory_take(&p->memory, n, sizeof *p->plan);
     p->calendar = p->plan ? mill_calendar_create(w->balls, &p->plan->event, sizeof *p->plan) : NULL;

@@ -39,7 +39,7 @@ struct block {
 /* (volume, flow) of a cell, or what is added to it */
 typedef double four __attribute__((vector_size(32), aligned(32), may_alias));
 
-/* Everything below is part of mill_maps_sample(), which is compiled for several processors. */
+/* Everything below is part of sample(), which is compiled for several processors. */
 #define INLINE static inline __attribute__((always_inline))
 
 /* Loads up to BLOCK balls from number `first` on. Repeats the last one to round up their number. */
@@ -184,8 +184,9 @@ INLINE void add_axial(char *flow, const struct block *b, int i)
     !defined __SANITIZE_THREAD__
 __attribute__((target_clones("avx512f", "avx2", "default")))
 #endif
-void mill_maps_sample(const struct mill_maps *maps, struct mill_map_flow *flow,
-                      const struct mill_world *world, double t, double times)
+static void
+sample(const struct mill_maps *maps, struct mill_map_flow *flow, const struct mill_world *world,
+       double t, double times)
 {
     const int cell = (int)sizeof *flow;
     char *const cross = (char *)(flow + maps->cross.first);
@@ -209,4 +210,11 @@ void mill_maps_sample(const struct mill_maps *maps, struct mill_map_flow *flow,
             add_axial(axial, &b, i);
         }
     }
+}
+
+/* Compilers differ in how others can call a function that is compiled several times. */
+void mill_maps_sample(const struct mill_maps *maps, struct mill_map_flow *flow,
+                      const struct mill_world *world, double t, double times)
+{
+    sample(maps, flow, world, t, times);
 }
