@@ -47,6 +47,7 @@ static bool list_surfaces(struct mill_schedule *p)
             *next = (struct mill_surface){.shape = (int16_t)k, .motion = MILL_NOBODY, .cos = -2.0f};
             if (shape->type->parts)
                 next->parts = shape->type->parts(shape, lo, hi, widest);
+            /* a flat wall has no use for the ball's place in its frame */
             if (shape->motion && !shape->fixed && (shape->wall < 0 || shape->type->parts))
                 next->motion = (int16_t)shape->motion->number;
             if (next->motion != MILL_NOBODY && shape->type->sector) {

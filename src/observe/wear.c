@@ -245,8 +245,8 @@ struct outline {
 
 static int32_t facet_of(const struct outline *to, const vec3 corner[3])
 {
-    return mill_wear_facets_find(to->plan, to->part, mill_pieces_middle(corner),
-                                 mill_pieces_area(corner));
+    return mill_wear_facets_find(to->plan, to->part, mill_wear_pieces_middle(corner),
+                                 mill_wear_pieces_area(corner));
 }
 
 static void show(void *adds, const vec3 corner[3])
@@ -268,8 +268,8 @@ static void show_pieces(void *adds, const vec3 corner[3])
     struct outline *to = adds;
     const double piece = mill_wear_facets_piece(&to->plan->part[to->part]);
     to->found = false;
-    mill_pieces_of_triangle(corner, piece, ask, to);
-    mill_pieces_of_triangle(corner, to->found ? piece : HUGE_VAL, show, to);
+    mill_wear_pieces_of_triangle(corner, piece, ask, to);
+    mill_wear_pieces_of_triangle(corner, to->found ? piece : HUGE_VAL, show, to);
 }
 
 /* Finds the facets of the triangles from `first` on; seeks the part's others: were there more? */
@@ -306,14 +306,14 @@ static void show_part(struct outline *to)
     const size_t points = to->mesh.points, triangles = to->mesh.triangles;
     const struct mill_wear_part *p = &to->plan->part[to->part];
     const double size = fmax(SHOWN * p->cut, 1e-9);
-    mill_pieces_on *on = show;
+    mill_wear_pieces_on *on = show;
     struct mill_mesh whole;
     mill_wear_facets_draw(to->plan, to->part, &whole);
     memset(to->sought + p->first, 0, (size_t)p->count * sizeof *to->sought);
     do {
         to->mesh.points = points;
         to->mesh.triangles = triangles;
-        mill_pieces_of(&whole, size, on, to);
+        mill_wear_pieces_of(&whole, size, on, to);
         on = show_pieces;
     } while (seek_missing(to, triangles));
     to->mesh.failed = to->mesh.failed || whole.failed;

@@ -10,21 +10,21 @@
 /* ---- triangles cut into small pieces ---- */
 
 /* Half of the cross product of two edges: as long as the area [m^2], along the normal */
-static inline vec3 mill_pieces_area(const vec3 c[3])
+static inline vec3 mill_wear_pieces_area(const vec3 c[3])
 {
     return vec3_scale(vec3_cross(vec3_sub(c[1], c[0]), vec3_sub(c[2], c[0])), 0.5);
 }
 
-static inline vec3 mill_pieces_middle(const vec3 c[3])
+static inline vec3 mill_wear_pieces_middle(const vec3 c[3])
 {
     return vec3_scale(vec3_add(c[0], vec3_add(c[1], c[2])), 1.0 / 3.0);
 }
 
 /* Calls `on` for pieces, with edges of at most `size` [m], of a triangle or of all of a mesh.
  * Pieces of pieces are those of the whole. Inline: there are hundreds of thousands. */
-typedef void mill_pieces_on(void *to, const vec3 corner[3]);
-static inline void mill_pieces_of_triangle(const vec3 corner[3], double size, mill_pieces_on *on,
-                                           void *to)
+typedef void mill_wear_pieces_on(void *to, const vec3 corner[3]);
+static inline void mill_wear_pieces_of_triangle(const vec3 corner[3], double size,
+                                                mill_wear_pieces_on *on, void *to)
 {
     vec3 part[3] = {corner[0], corner[1], corner[2]};
     for (;;) {
@@ -39,7 +39,7 @@ static inline void mill_pieces_of_triangle(const vec3 corner[3], double size, mi
         const vec3 q = x == longest ? b : y == longest ? c : a;
         const vec3 r = x == longest ? c : y == longest ? a : b;
         const vec3 m = vec3_scale(vec3_add(p, q), 0.5);
-        mill_pieces_of_triangle((const vec3[3]){p, m, r}, size, on, to);
+        mill_wear_pieces_of_triangle((const vec3[3]){p, m, r}, size, on, to);
         part[0] = m;
         part[1] = q;
         part[2] = r;
@@ -47,12 +47,12 @@ static inline void mill_pieces_of_triangle(const vec3 corner[3], double size, mi
     on(to, part);
 }
 
-static inline void mill_pieces_of(const struct mill_mesh *mesh, double size, mill_pieces_on *on,
-                                  void *to)
+static inline void mill_wear_pieces_of(const struct mill_mesh *mesh, double size,
+                                       mill_wear_pieces_on *on, void *to)
 {
     for (size_t i = 0; i < mesh->triangles; i++) {
         const int64_t *c = mesh->corner[i];
-        mill_pieces_of_triangle(
+        mill_wear_pieces_of_triangle(
             (const vec3[3]){mesh->point[c[0]], mesh->point[c[1]], mesh->point[c[2]]}, size, on, to);
     }
 }
@@ -118,7 +118,7 @@ size_t mill_wear_facets_cells(const struct mill_wear_part *part);
 /* Draws all surfaces of a part in the frame of its motion. The caller frees the mesh. */
 void mill_wear_facets_draw(const struct mill_wear_plan *plan, int part, struct mill_mesh *mesh);
 
-/* [m] Longest edge of the pieces of mill_pieces_of that the facets of a part are made of */
+/* [m] Longest edge of the pieces of mill_wear_pieces_of that the facets of a part are made of */
 static inline double mill_wear_facets_piece(const struct mill_wear_part *part)
 {
     return 0.5 * part->cut;

@@ -126,7 +126,7 @@ struct collector {
 static void measure(void *adds, const vec3 corner[3])
 {
     struct collector *to = adds;
-    to->area += vec3_norm(mill_pieces_area(corner));
+    to->area += vec3_norm(mill_wear_pieces_area(corner));
     for (int i = 0; i < 3; i++) {
         double u[3];
         chart(&to->plan->part[to->part], corner[i], corner[i], u);
@@ -141,7 +141,7 @@ static void collect(void *adds, const vec3 corner[3])
     struct collector *to = adds;
     struct mill_wear_plan *plan = to->plan;
     struct mill_wear_part *p = &plan->part[to->part];
-    const vec3 normal = mill_pieces_area(corner), at = mill_pieces_middle(corner);
+    const vec3 normal = mill_wear_pieces_area(corner), at = mill_wear_pieces_middle(corner);
     const double area = vec3_norm(normal);
     int place[3];
     const int face = cell_of(p, at, normal, place);
@@ -271,7 +271,7 @@ static bool make_part(struct mill_wear_plan *plan, int part, double size, int fe
     mill_wear_facets_draw(plan, part, &mesh);
     p->radius = 1;
     /* corners alone do not show the reach of a triangle in radius and angle */
-    mill_pieces_of(&mesh, 4 * size, measure, &reach);
+    mill_wear_pieces_of(&mesh, 4 * size, measure, &reach);
     if (!(reach.area > 0)) { /* a part that draws nothing has no facets */
         mill_mesh_free(&mesh);
         return !mesh.failed;
@@ -288,7 +288,7 @@ static bool make_part(struct mill_wear_plan *plan, int part, double size, int fe
     p->cut = cell;
     reach.failed = mesh.failed || !lay_out(p, &reach, cell);
     if (!reach.failed)
-        mill_pieces_of(&mesh, mill_wear_facets_piece(p), collect, &reach);
+        mill_wear_pieces_of(&mesh, mill_wear_facets_piece(p), collect, &reach);
     int32_t *into = reach.failed ? NULL : malloc(((size_t)plan->facets + 1) * sizeof *into);
     for (int32_t id = 0; into && id < plan->facets; id++)
         into[id] = id;
@@ -326,7 +326,7 @@ static bool list_parts(struct mill_wear_plan *plan)
         for (size_t i = 0; i < mesh.triangles; i++) {
             const int64_t *c = mesh.corner[i];
             const vec3 at[3] = {mesh.point[c[0]], mesh.point[c[1]], mesh.point[c[2]]};
-            plan->area += vec3_norm(mill_pieces_area(at));
+            plan->area += vec3_norm(mill_wear_pieces_area(at));
         }
         plan->part_of[k] = mesh.triangles > 0 ? plan->parts++ : all;
         all = w->shape[k]->wall == 0 ? plan->part_of[k] : all;

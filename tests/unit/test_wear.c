@@ -171,7 +171,7 @@ TEST(triangles_of_pictures_show_all_facets_and_have_their_area)
         const int64_t *c = mesh.corner[i];
         const vec3 at[3] = {mesh.point[c[0]], mesh.point[c[1]], mesh.point[c[2]]};
         seen[facet[i]] = true;
-        area += vec3_norm(mill_pieces_area(at));
+        area += vec3_norm(mill_wear_pieces_area(at));
     }
     free(facet);
     mill_mesh_free(&mesh);

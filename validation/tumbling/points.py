@@ -1,5 +1,7 @@
 """Twelve points of speed and filling: millsim, LIGGGHTS and the formulas of the trade"""
 
+import dataclasses
+
 import matplotlib.pyplot as plt
 import numpy as np
 from charges import DECK, MODULUS, QUANTITIES, SEEDS, claim, claim_errors, unit, verdicts
@@ -89,7 +91,7 @@ def curves(value):
     at = np.arange(SPEEDS[0], SPEEDS[-1] + 1)
     for filling in FILLINGS:
         base = mill(CENTRE[0], filling)
-        faster = [models.dataclasses.replace(base, speed=base.speed * speed / CENTRE[0]) for speed in at]
+        faster = [dataclasses.replace(base, speed=base.speed * speed / CENTRE[0]) for speed in at]
         yield filling, at, np.array([value(one) for one in faster])
 
 

@@ -181,8 +181,8 @@ def wear_out(found: Liner, arguments) -> tuple[str, dict]:
     left, largest = found.worn(depth), float(found.smoothed(depth).max())
     share, steps = (largest / found.height, math.ceil(largest / found.height / STEP)) if found.height else (0.0, 1)
     much = (
-        f"this is {100 * share:.0f} % of the height of the liner in one step, and its shape changes what the balls do: "
-        f"make {steps} steps, each with a run of its own ('mill sweep input/liner-life.study' does it)"
+        f"{100 * share:.0f} % of the height of the liner go in one step, and its shape changes what the balls do: make "
+        f"{steps} steps, each with a run of its own ('mill sweep input/liner-life.study' does it)"
     )
     if share > MOST and not arguments.force:
         raise UserError(f"--worn: {much}, or --force")
@@ -195,7 +195,7 @@ def wear_out(found: Liner, arguments) -> tuple[str, dict]:
         f"{plain(arguments.worn)}: the contour{when}, {len(left.vertices)} vertices; {number(1e6 * removed)} mm² "
         f"removed, at most {number(1e3 * largest)} mm deep. {reads} reads it."
     )
-    said += f" T{much[1:]}." * (share > STEP)
+    said += f" {much}." * (share > STEP)
     facts = {"time": time, "removed_area": removed, "largest_depth": largest, "height": found.height, "steps": steps}
     return said, facts
 

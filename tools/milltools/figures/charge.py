@@ -84,8 +84,10 @@ class ChargeFigure(Figure):
         "o'clock to the rising side; in parentheses from 3 o'clock, as Morrell counts. Dashed: the dynamic angle "
         "of repose."
     )
-    dotted = " Dotted: the path of a ball, alone, that a lifter throws; a body with a radial face, a "
-    dotted += "contour of a file with the mean angle of its leading faces."
+    dotted = (
+        " Dotted: the path of a ball, alone, that a lifter throws; a body with a radial face, a contour of a file with "
+        "the mean angle of its leading faces."
+    )
 
     def says(self, runs):
         return self.caption + self.dotted * any(View(run).thrown() is not None for run in runs)
