@@ -144,9 +144,17 @@ void mill_contour_reach(const struct mill_body *is, double *low, double *high)
 struct mill_contour_nook mill_contour_nook_at(const struct mill_contour *c, double x, double y)
 {
     const double i = (x - c->corner[0]) / c->size, k = (y - c->corner[1]) / c->size;
-    if (!(i >= 0.0 && k >= 0.0 && i < MILL_CONTOUR_SQUARES && k < MILL_CONTOUR_SQUARES))
-        return (struct mill_contour_nook){0.0, (double)INFINITY, -1, c->pieces, c->pieces};
-    return c->nook[(int)k * MILL_CONTOUR_SQUARES + (int)i];
+    if (!(i >= 0.0 && k >= 0.0 && i < c->squares && k < c->squares))
+        return (struct mill_contour_nook){0.0f, INFINITY, -1, (int16_t)c->pieces,
+                                          (int16_t)c->pieces};
+    return c->nook[(int)k * c->squares + (int)i];
+}
+
+/* The greatest float that is not above x */
+static float round_down(double x)
+{
+    const float f = (float)x;
+    return (double)f > x ? nextafterf(f, -INFINITY) : f;
 }
 
 struct planting {
@@ -185,10 +193,10 @@ static void plant(struct planting *p, int i, int k, int side, const int16_t *lis
             *one = near[n];
     }
     if (p->good && side == 1)
-        c->nook[k * MILL_CONTOUR_SQUARES + i] = (struct mill_contour_nook){
-            least - around - blur,
-            kept == c->pieces ? (double)INFINITY : least + (NEAR - 1.0) * around - blur,
-            (int32_t)p->list.count - kept, kept, close};
+        c->nook[k * c->squares + i] = (struct mill_contour_nook){
+            round_down(least - around - blur),
+            kept == c->pieces ? INFINITY : round_down(least + (NEAR - 1.0) * around - blur),
+            (int32_t)p->list.count - kept, (int16_t)kept, (int16_t)close};
     free(near);
 }
 
@@ -197,13 +205,15 @@ static bool make_plan(struct mill_contour *c)
     struct planting p = {c, {.size = sizeof(int16_t)}, true};
     const double wide = c->far * (1.0 + (c->half < (double)INFINITY ? 0.5 : 1e-3));
     int16_t *all = malloc((size_t)c->pieces * sizeof *all);
-    c->nook = calloc((size_t)MILL_CONTOUR_SQUARES * MILL_CONTOUR_SQUARES, sizeof *c->nook);
+    /* A contour at rest is asked for its nearest point only. Its small table stays in the cache. */
+    c->squares = c->body.convex.base.motion ? 128 : 64;
+    c->nook = calloc((size_t)c->squares * (size_t)c->squares, sizeof *c->nook);
     c->corner[0] = c->corner[1] = -wide;
-    c->size = 2.0 * wide / MILL_CONTOUR_SQUARES;
+    c->size = 2.0 * wide / c->squares;
     for (int k = 0; all && k < c->pieces; k++)
         all[k] = (int16_t)k;
     p.good = all && c->nook;
-    plant(&p, 0, 0, MILL_CONTOUR_SQUARES, all, c->pieces);
+    plant(&p, 0, 0, c->squares, all, c->pieces);
     c->list = p.list.item;
     free(all);
     return p.good;
@@ -289,7 +299,7 @@ struct mill_span mill_contour_parts(const struct mill_shape *shape, vec3 lo, vec
     const double around = vec3_norm(half) * (1.0 + 1e-9);
     const double w = c->plain ? half.y : around, h = c->plain ? half.z : around;
     const double reach = radius * (1.0 + 1e-3) + 1e-6 * c->far;
-    if (mill_contour_nook_at(c, s.x, s.y).near > reach + sqrt(w * w + h * h))
+    if ((double)mill_contour_nook_at(c, s.x, s.y).near > reach + sqrt(w * w + h * h))
         return none;
     /* the longest row of pieces out of reach, after piece `to`, is left out */
     int first = -1, last = -1, widest = -1, from = 0, to = 0;

@@ -19,10 +19,11 @@ struct mill_contour_piece {
     double half;      /* [m] none of its points is farther from the middle; of a corner 0 */
 };
 
-/* A square of the plane, and the pieces near to it */
+/* A square of the plane, and the pieces near to it; small, because there are many */
 struct mill_contour_nook {
-    double near, beyond; /* [m] no piece is nearer to a place of the square, no other one either */
-    int32_t first, count, close; /* `close`: the first ones; one of them is the nearest */
+    float near, beyond; /* [m] no piece is nearer to a place of the square, no other one either */
+    int32_t first;
+    int16_t count, close; /* `close`: the first ones; one of them is the nearest */
 };
 
 struct mill_contour {
@@ -33,11 +34,10 @@ struct mill_contour {
     int pieces;
     struct mill_contour_piece *piece;
     double corner[2], size; /* [m] of the squares: their corner, the side of one */
+    int squares;            /* along each side */
     struct mill_contour_nook *nook;
     int16_t *list; /* the pieces of each square */
 };
-
-enum { MILL_CONTOUR_SQUARES = 128 /* along each side */ };
 
 /* The place in the plane of the contour, and how far it is beyond the ends */
 struct mill_contour_spot {

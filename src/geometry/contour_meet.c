@@ -332,8 +332,8 @@ static bool is_far(const struct mill_contour *c, const struct mill_flight *f, do
     const struct mill_contour_nook nook = mill_contour_nook_at(c, s.x, s.y);
     if (c->half < (double)INFINITY) /* its flat ends are not among the pieces */
         return find_nearest(c, &s).d > most;
-    if (nook.near > most || nook.beyond <= most)
-        return nook.near > most;
+    if ((double)nook.near > most || (double)nook.beyond <= most)
+        return (double)nook.near > most;
     const vec3 u = vec3_scale(mill_pose_turn_in(f->pose, f->course), f->window),
                own = c->plain ? vec3_make(u.y, u.z, u.x) : mill_body_turn_in(&c->body.is, u);
     bool far = true;
@@ -364,7 +364,8 @@ static struct mill_hit search(const struct mill_contour *c, const struct mill_fl
     for (int step = 0; step < MILL_CONVEX_MOST; step++) {
         const struct sight s = look(c, f, radius, now, t, end - t);
         const struct mill_contour_nook nook = mill_contour_nook_at(c, s.spot.x, s.spot.y);
-        const double z = s.spot.beyond, rest = sqrt(nook.beyond * nook.beyond + z * z) - radius;
+        const double z = s.spot.beyond, beyond = (double)nook.beyond;
+        const double rest = sqrt(beyond * beyond + z * z) - radius;
         struct found found = {rest / s.speed, 0.0, INFINITY, false};
         const bool glides = step >= MILL_CONVEX_PATIENCE;
         const double reach = radius + s.speed * s.within + 1e-9 * c->far;

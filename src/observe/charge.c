@@ -140,9 +140,9 @@ void mill_charge_impact(const struct mill_charge *c, uint64_t block, bool open,
 {
     const int32_t ball[2] = {impact->ball, impact->partner};
     const int16_t species[2] = {impact->species, impact->partner_species};
-    if (c->world && open && impact->surface >= 0)
+    if (open && impact->surface >= 0)
         add_hit(c, &c->block[block], impact);
-    for (int k = 0; c->world && k < 2 && species[k] >= 0; k++) {
+    for (int k = 0; k < 2 && species[k] >= 0; k++) {
         const double flight = impact->time - c->met[ball[k]];
         const double diameter = 2 * c->world->species[species[k]].radius;
         if (open && flight * flight * vec3_norm(c->world->g) > 2 * diameter)

@@ -168,7 +168,8 @@ static enum mill_status on_impact(struct mill_observer *observer, const struct m
         }
         status = count_strike(t, impact, normal, tangential, error);
     }
-    mill_charge_impact(&t->charge, t->blocks.blocks, t->at.open && !t->at.closed, impact);
+    if (t->charge.world)
+        mill_charge_impact(&t->charge, t->blocks.blocks, t->at.open && !t->at.closed, impact);
     t->at.collisions += !impact->lasting;
     if (t->at.collisions < t->collisions || status != MILL_OK)
         return status;

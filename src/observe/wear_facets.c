@@ -371,7 +371,7 @@ int mill_wear_facets_bin(const struct mill_wear_plan *plan, const struct mill_im
     const struct mill_contour_nook nook = mill_contour_nook_at(c, x, y);
     double least = INFINITY;
     int at = 0;
-    for (int i = 0; i < nook.count; i++) {
+    for (int i = 0; i < nook.close; i++) {
         const int k = mill_contour_listed(c, nook, i);
         const double d = fabs(mill_contour_look(&c->piece[k], x, y).d);
         at = d < least ? k : at;
