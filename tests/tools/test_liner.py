@@ -21,6 +21,7 @@ from milltools.geometry.contour import Contour
 from milltools.read.runfile import Run
 from milltools.study.life import Life
 from milltools.study.plan import job
+from milltools.study.show.data import Scale
 
 DRUM = """\
 [run]
@@ -359,6 +360,10 @@ def test_each_run_of_a_life_has_the_contour_that_the_one_before_has_left(life, m
     assert float(first[-1]) == pytest.approx(math.degrees(float(rows[0]["toe [rad]"])), abs=0.01)
     tall, stands = (number(1e3 * float(rows[k]["height [m]"])) for k in (0, 2))
     assert f"of {tall} mm the tops have lost 0.8 mm, and the liner stands {stands} mm high" in done.stdout
+    watts = [
+        Scale(unit="W").pair(*(float(rows[k][f"power{what} [W]"] or "nan") for what in ("", " error"))) for k in (0, 2)
+    ]
+    assert f"power {watts[0]} with the new liner, {watts[1]} after" in done.stdout
 
 
 @pytest.mark.slow

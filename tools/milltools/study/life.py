@@ -198,6 +198,15 @@ def over(rows) -> tuple[np.ndarray, str]:
     return 100 * lost / (rows[0]["height [m]"] or 1), "lost by the tops [% of the height]"
 
 
+def finding(life: Life, rows) -> str:
+    """What the first recorded quantity is with the new liner, and at the end."""
+    name, times = life.record[0], over(rows)[1].startswith("time")
+    new, old = (life.scale(name).pair(row[name], row[f"{name} error"]) for row in (rows[0], rows[-1]))
+    end = over(rows)[0][-1]
+    when = f"after {end:.3g} h" if times else f"when the tops have lost {end:.3g} % of the height"
+    return f"{name} {new} with the new liner, {old} {when}"
+
+
 def draw(life: Life, rows):
     """The contour around one lifter at the beginning of each step, and what was recorded over the life."""
     figure = canvas.new(5.6, 2.4 + 1.7 * len(life.record))
@@ -222,9 +231,7 @@ def draw(life: Life, rows):
         ax.plot(x, [row[name] / life.scale(name).size for row in rows], color=style.INK, lw=0.8, zorder=1)
         ax.set(xlabel=words if ax is axes[-1] else "", ylabel=canvas.broken(name + life.scale(name).bracket, 24))
     shape.set(xlabel="around the axis [mm]", ylabel="height [mm]")
-    canvas.title(
-        figure, f"{life.folder.name}: one lifter over its life, from dark to light; error bars: one standard error"
-    )
+    canvas.title(figure, f"{life.folder.name}: {finding(life, rows)}; from dark to light, with standard errors")
     style.lay_out(figure)
     return figure
 
@@ -266,6 +273,6 @@ def run(arguments) -> Answer:
             f"; of {number(first)} mm the tops have lost {number(lost)} mm, and the liner stands {number(stands)} mm"
         )
         told += " high, for its plate wears, too" * (stands > first - lost)
-    said = [*table(life, rows), "", "+- is one standard error"]
+    said = [*table(life, rows), "", "+- is one standard error", finding(life, rows)]
     said.append(f"{plain(life.folder)}: {told}; life.csv and the contours, step-K.txt")
     return Answer("\n".join(said), {"files": files, "rows": rows})
