@@ -290,6 +290,22 @@ def test_a_corner_that_no_ball_reaches_stays_sharp_when_it_wears(smooth):
         assert len(after.narrow(0.05)[0]) == 0
 
 
+@pytest.mark.parametrize("name", ["circle", "rounded"])
+def test_uneven_wear_makes_no_corners_however_often(name):
+    shape = SHAPES[name]
+    for _ in range(3):
+        s = np.linspace(0, shape.length, 1000, endpoint=False)
+        shape = worn(shape, s, 0.005 * (1 + 0.5 * np.cos(12 * math.tau * s / shape.length)), 0.03)
+        assert len(corners(shape)) == len(corners(SHAPES[name]))
+
+
+def corners(shape):
+    """Where a contour turns by more than 15 degrees."""
+    every = np.arange(len(shape.vertices))
+    first, before = shape.normals(every, 0.0), np.roll(shape.normals(every, 1.0), 1, axis=0)
+    return np.flatnonzero((first * before).sum(axis=1) < math.cos(math.radians(15)))
+
+
 def test_wear_of_a_circle_by_an_even_depth_is_the_larger_circle():
     after = worn(Contour(CIRCLE), [0.0], [0.01])
     away = np.hypot(*after.points(*shares(after)).T)

@@ -4,6 +4,7 @@ import csv
 import dataclasses
 import json
 import math
+import re
 import shutil
 import subprocess
 
@@ -226,14 +227,15 @@ def test_the_mass_of_balls_is_that_of_the_run_in_every_shape(write_deck, tmp_pat
         assert drum.mill_of(deck).ball_mass == pytest.approx(40 * math.pi / 6 * 0.006**3 * 7800, rel=1e-9)
 
 
-def test_the_diameter_of_a_contour_from_a_file_is_that_of_a_circle_with_its_area(write_deck, tmp_path, mill):
+def test_the_diameter_of_a_contour_from_a_file_is_the_decks_as_for_the_critical_speed(write_deck, tmp_path, mill):
     (tmp_path / "wall.txt").write_text("0.06 0 0\n-0.03 0.04 0\n-0.03 -0.04 0\n")
     text = DRUM.replace("motion = turn\n", "motion = turn\nprofile = file\nfile = wall.txt\n", 1)
-    for radius in ("50 mm", "45 mm"):
-        write_deck(text.replace("radius = 50 mm", f"radius = {radius}").replace("diameter = 10 mm", "diameter = 6 mm"))
+    text = re.sub("speed = .*", "speed = 70 % critical", text).replace("diameter = 10 mm", "diameter = 6 mm")
+    for radius in (50, 45):
+        write_deck(text.replace("radius = 50 mm", f"radius = {radius} mm"))
         done = mill("power", "deck.ini")
-        assert "mill            0.0677 m x 0.04 m" in done.stdout, done.stderr
-        assert "D is the diameter of a circle with the area of the contour." in done.stdout
+        assert f"mill            {radius / 500:g} m x 0.04 m" in done.stdout, done.stderr
+        assert "42.3/sqrt(D-d) of the largest ball, 6 mm: 70.0 %" in done.stdout
 
 
 def test_a_drum_on_the_rotors_motion_turns_with_the_rotor(write_deck, the_program):

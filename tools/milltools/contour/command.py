@@ -230,15 +230,17 @@ def _middle(curve):
 
 def _size(shape, facts, at):
     width, height = shape.box[1] - shape.box[0]
-    arcs = int(shape.is_arc.sum())
+    arcs, near, far = int(shape.is_arc.sum()), shape.innermost, shape.outermost
     facts |= {
         "width": width, "height": height, "area": shape.area, "length": shape.length,
+        "least_radius": near, "largest_radius": far,
         "lines": len(shape.vertices) - arcs, "arcs": arcs, "smallest_radius": shape.radius.min(),
     }  # fmt: skip
     sizes = [quantity(one, "m", 5) for one in (width, height, math.sqrt(4 * shape.area / math.pi), shape.length)]
     area = f"area {number(shape.area, 5)} m² (as a circle of {sizes[2]})"
     lines = [
         f"size       {sizes[0]} x {sizes[1]}, {area}, length {sizes[3]}",
+        f"radius     {quantity(near, 'm', 5)} to {quantity(far, 'm', 5)} from the axis; drum.radius: the plates'",
         f"pieces     {plural(len(shape.vertices) - arcs, 'line')}, {plural(arcs, 'arc')}",
     ]
     if arcs:

@@ -9,6 +9,7 @@ from milltools.geometry.contour import TINY, Contour, bow, cross, left, signed_a
 SHORT = 1e-7  # of the size: shorter pieces of a worn contour are left out
 SHARP = math.radians(150)  # corners of the balls' room that turn by less stay sharp when they wear
 CORNER = math.radians(15)  # pieces that turn by more do not become one arc
+SMOOTH = math.radians(5)  # pieces that turn by less stay joined when they wear
 
 
 def offset(contour: Contour, depth, sharp=False) -> list[Contour]:
@@ -19,7 +20,8 @@ def offset(contour: Contour, depth, sharp=False) -> list[Contour]:
     where they overlap, the way leads through the vertex. So its winding number counts how often a place is
     covered by the inside and by the strips that the pieces sweep, and the result is the boundary of what is covered
     (of what is left, for negative depths). An arc does not move beyond its centre. `sharp`: lines instead of arcs join
-    the pieces, up to where both meet."""
+    the pieces, up to where both meet; and nearly smooth joints stay joined, for between two pieces that overlap there
+    and hardly meet a step would be left, which grows from wear to wear."""
     raw = _raw(contour, np.broadcast_to(np.asarray(depth, float), len(contour.vertices)), sharp)
     return [] if len(raw) < 2 else _boundary(raw)
 
@@ -36,11 +38,15 @@ def _raw(contour, depth, sharp):
     turn = np.arctan2(cross(before, first), (before * first).sum(axis=1))
     with np.errstate(all="ignore"):
         tip = contour.start - depth[:, None] * (before + first) / (1 + np.cos(turn))[:, None]
+    joined = sharp & (np.abs(turn) < SMOOTH)
+    begin[joined], end[np.roll(joined, -1)] = tip[joined], np.roll(tip, -1, axis=0)[np.roll(joined, -1)]
     clipped = np.abs(limit[0]) + np.abs(limit[1]) < np.abs(depth) + np.abs(np.roll(depth, -1))
     bulge = np.where(clipped, 0.0, contour.vertices[:, 2])
     rows = []
     for i in range(n):
-        if turn[i] * np.sign(depth[i]) > 1e-9:
+        if joined[i]:
+            rows.append((*end[i - 1], 0.0))
+        elif turn[i] * np.sign(depth[i]) > 1e-9:
             meet = sharp and abs(turn[i]) < SHARP
             join = [(*tip[i], 0.0)] if meet else [(*far_end[i], math.tan(turn[i] / 4)), (*far_begin[i], 0.0)]
             rows += [(*end[i - 1], 0.0), *join]

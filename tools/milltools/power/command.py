@@ -112,8 +112,6 @@ def run(arguments) -> Answer:
         lines.append(f"{'simulated':<15}{_plain(with_error(*drawn, 'W'))}, {models.NET}")
     idle = _plain(brief(models.no_load(mill), math.nan, "W"))
     lines += ["", *_printed(rows, angle, is_run), f"Both gross powers of Morrell contain his no-load of {idle}."]
-    if deck.value("drum.profile") == "file":
-        lines.append("D is the diameter of a circle with the area of the contour.")
     if deck.periodic:
         lines.append("All is of a slice of this length; that no-load is of a whole mill as short as it.")
     toe, shoulder = models.toe_and_shoulder(mill)

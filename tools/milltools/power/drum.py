@@ -66,15 +66,14 @@ def rate(deck: Deck) -> float:
 
 def mill_of(deck: Deck, **more) -> Mill:
     """The mill of a deck, with 40 % of voids between its balls; `more`: other fields of Mill. The diameter is that of
-    the key, between lifters, or the mean of waves; with profile = file that of a circle with the area of the contour,
-    for no radius stands for the room of any curve. UserError if `why_not` has a reason."""
+    the key, as of the engine's critical speed: between lifters, or the mean of waves. UserError if `why_not` has a
+    reason."""
     if why := why_not(deck):
         raise UserError(f"{deck.path}: expected a horizontal drum that turns about its axis: {why}")
     kinds, voidage = [kind for kind in deck.species if kind.count], 0.4
     area = contour.of(deck).area
     length, largest = deck.number("drum.length"), max(kind.diameter for kind in kinds)
-    free, turns = deck.value("drum.profile") == "file", rate(deck)
-    diameter = math.sqrt(4 * area / math.pi) if free else 2 * deck.number("drum.radius")
+    turns, diameter = rate(deck), 2 * deck.number("drum.radius")
     sizes = diameter, length, turns, *(size for kind in kinds for size in (kind.diameter, kind.density))
     if not all(1 / LARGEST < size < LARGEST for size in sizes):
         raise UserError(f"{deck.path}: no mill has these sizes")
