@@ -198,7 +198,7 @@ static bool is_around(const struct mill_corner *corner, size_t n)
     return turns > 0;
 }
 
-/* A drawing in another unit, or about another axis, does not have the drum's radius. */
+/* A drawing in another unit does not have the drum's radius; a worn one may have lost it. */
 static void check_radius(const struct mill_deck *deck, const struct mill_body *drum)
 {
     double low, high;
@@ -207,10 +207,10 @@ static void check_radius(const struct mill_deck *deck, const struct mill_body *d
         mill_deck_wrong(&deck->text, "drum", "file",
                         "the contour does not go around the axis of the drum, which is its origin: "
                         "move it");
-    else if (!(drum->radius >= low * (1.0 - 1e-6) && drum->radius <= high * (1.0 + 1e-6)))
+    else if (!(drum->radius >= 0.5 * low && drum->radius <= 2.0 * high))
         mill_deck_wrong(&deck->text, "drum", "radius",
-                        "%g m is not a radius of the contour, whose points are from %.4g to %.4g m "
-                        "away from the axis: correct it, or the unit or origin of the file",
+                        "%g m is far from the contour, whose points are from %.4g to %.4g m away "
+                        "from the axis: correct it, or the unit of the file",
                         drum->radius, low, high);
 }
 

@@ -290,6 +290,19 @@ def test_a_corner_that_no_ball_reaches_stays_sharp_when_it_wears(smooth):
         assert len(after.narrow(0.05)[0]) == 0
 
 
+def test_a_head_that_comes_loose_is_gone_besides_the_worn_area():
+    web, head, deep = 0.02, 0.08, 0.023
+    base = math.sqrt(1 - web**2)
+    tee = [(base, -web, 0), (0.85, -web, 0), (0.85, -head, 0), (0.75, -head, 0), (0.75, head, 0), (0.85, head, 0),
+           (0.85, web, 0), (base, web, math.tan((math.tau - 2 * math.asin(web)) / 4))]  # fmt: skip
+    shape = Contour(tee)
+    after = worn(shape, [0.0], [deep])
+    assert np.hypot(*after.points(*shares(after)).T).min() > 0.97  # the head is gone
+    assert after.outermost == pytest.approx(1 + deep, abs=0.1 * deep)  # the plate wore as deep as it should
+    loose = after.area - shape.area - deep * shape.length
+    assert 0.3 < loose / ((2 * head - 2 * deep) * (0.1 - 2 * deep)) < 1.5
+
+
 @pytest.mark.parametrize("name", ["circle", "rounded"])
 def test_uneven_wear_makes_no_corners_however_often(name):
     shape = SHAPES[name]

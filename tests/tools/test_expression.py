@@ -23,6 +23,7 @@ def results(**changes):
                 "W": {"rotor/power": [50.0, 1.0], "impacts/ball_ball/dissipated_power": [20.0, None]},
                 "s-1": {"impacts/all/rate": [200.0, 2.0]},
                 "N m": {"rotor/torque": [3.0, 0.1]},
+                "rad": {"charge/toe/value": [-0.5, 0.1]},
             },
             "known": {"all": [[200.0, 2.0], [40.0, 1.6], [4.0, 1.0], [0.0, None]], "ball_ball": [[0.0, None]] * 4},
             "bins": {"J": EDGES}, "counts": {"J": {"all": [0, 0, 300, 80, 20], "ball_ball": [0, 0, 0, 0]}},
@@ -207,6 +208,8 @@ def test_commas_within_parentheses_do_not_divide_a_list():
 def test_a_requirement_tells_by_how_much_it_is_violated():
     assert Requirement.read("power <= 45 W").excess(results()) == (5.0, 1.0)
     assert Requirement.read("power >= 0.06 kW").excess(results())[0] == pytest.approx(10)
+    for text in ("toe >= -30 deg", "toe >= -0.4 rad", "toe <= 0"):
+        Requirement.read(text).check(results())
 
 
 @pytest.mark.parametrize(
@@ -217,6 +220,7 @@ def test_a_requirement_tells_by_how_much_it_is_violated():
         ("power <= 1 km^999", "unknown unit 'km^999' behind 1"),
         ("power <= 1e300 * 1e300 W", "the limit is too large"),
         ("power <= 225", "power has the unit W, and the limit has another one"),
+        ("toe >= -30", "toe is an angle: give the limit in deg or rad"),
     ],
 )
 def test_a_wrong_requirement_is_said_in_one_line(text, says):

@@ -113,6 +113,11 @@ class Liner:
         except ValueError as fault:
             raise UserError(f"{self.run.path}: the worn contour: {fault}") from None
 
+    def loose(self, depth, left: Contour) -> str:
+        """What has come loose, if these depths (bins,) have left this contour: "; 3 mm² of it came loose", or ""."""
+        area = left.area - self.contour.area - float(self.smoothed(depth).mean()) * self.contour.length
+        return f"; {number(1e6 * area)} mm² of it came loose" if area > 1e-6 * left.area else ""
+
     def lost(self, depth) -> float:
         """[m] what the tops lose with these depths (bins,), on average; all of a contour without tops."""
         top = self.face == "top"

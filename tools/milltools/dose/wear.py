@@ -182,7 +182,7 @@ def wear_out(found: Liner, arguments) -> tuple[str, dict]:
     share, steps = (largest / found.height, math.ceil(largest / found.height / STEP)) if found.height else (0.0, 1)
     much = (
         f"{100 * share:.0f} % of the height of the liner go in one step, and its shape changes what the balls do: make "
-        f"{steps} steps, each with a run of its own ('mill sweep input/liner-life.study' does it)"
+        f"{steps} steps, each with a run of its own ('mill sweep' with [life] does it: input/liner-life.study)"
     )
     if share > MOST and not arguments.force:
         raise UserError(f"--worn: {much}, or --force")
@@ -193,7 +193,7 @@ def wear_out(found: Liner, arguments) -> tuple[str, dict]:
     write_text(arguments.worn, left.text([plain(made)]))
     said = (
         f"{plain(arguments.worn)}: the contour{when}, {len(left.vertices)} vertices; {number(1e6 * removed)} mm² "
-        f"removed, at most {number(1e3 * largest)} mm deep. {reads} reads it."
+        f"removed, at most {number(1e3 * largest)} mm deep{found.loose(depth, left)}. {reads} reads it."
     )
     said += f" {much}." * (share > STEP)
     facts = {"time": time, "removed_area": removed, "largest_depth": largest, "height": found.height, "steps": steps}

@@ -9,6 +9,7 @@ from milltools.geometry.contour import TINY, Contour, bow, cross, left, signed_a
 SHORT = 1e-7  # of the size: shorter pieces of a worn contour are left out
 SHARP = math.radians(150)  # corners of the balls' room that turn by less stay sharp when they wear
 CORNER = math.radians(15)  # pieces that turn by more do not become one arc
+CRUMBS = 0.01  # of the worn area: less that comes loose counts as worn
 SMOOTH = math.radians(5)  # pieces that turn by less stay joined when they wear
 
 
@@ -23,7 +24,7 @@ def offset(contour: Contour, depth, sharp=False) -> list[Contour]:
     the pieces, up to where both meet; and nearly smooth joints stay joined, for between two pieces that overlap there
     and hardly meet a step would be left, which grows from wear to wear."""
     raw = _raw(contour, np.broadcast_to(np.asarray(depth, float), len(contour.vertices)), sharp)
-    return [] if len(raw) < 2 else _boundary(raw)
+    return [] if len(raw) < 2 else _boundary(raw)[0]
 
 
 def _raw(contour, depth, sharp):
@@ -68,13 +69,13 @@ class _Curve(Contour):
         self._measure(self.vertices)
 
 
-def _boundary(raw) -> list[Contour]:
-    """The contours around the places about which a closed curve (N, 3) winds once or more, largest first; rooms of the
-    solid within them are left out."""
+def _boundary(raw) -> tuple[list[Contour], float]:
+    """The contours around the places about which a closed curve (N, 3) winds once or more, largest first, without the
+    islands of the solid within them; and the area of these islands [m^2], which have come loose."""
     curve = _Curve(raw)
     pieces, shares, points = curve._meetings()
     if not len(pieces):
-        return [Contour(raw)] if signed_area(curve.vertices) > 0 else []
+        return [Contour(raw)] if signed_area(curve.vertices) > 0 else [], 0.0
     runs = _runs(curve, pieces, shares, points)
     middles, normals, steps = (np.array(x) for x in zip(*(_middle(curve, run) for _, _, run in runs)))
     inner = curve.winding(middles + steps[:, None] * normals)
@@ -83,7 +84,7 @@ def _boundary(raw) -> list[Contour]:
     for (begin, end, run), a, b in zip(runs, inner, outer):
         if a >= 1 and b <= 0:
             kept.setdefault(begin, []).append((end, run))
-    found = []
+    found, loose = [], 0.0
     while kept:
         begin = at = next(iter(kept))
         rows: list = []
@@ -96,9 +97,11 @@ def _boundary(raw) -> list[Contour]:
             if at == begin:
                 break
         loop = _joined(curve, rows) if at == begin else []
-        if len(loop) > 1 and signed_area(loop) > (TINY * curve.size) ** 2:
+        area = signed_area(loop) if len(loop) > 1 else 0.0
+        loose -= min(area, 0.0)
+        if area > (TINY * curve.size) ** 2:
             found.append(Contour(loop))
-    return sorted(found, key=lambda one: -one.area)
+    return sorted(found, key=lambda one: -one.area), loose
 
 
 def _runs(curve, pieces, shares, points):
@@ -261,7 +264,7 @@ def worn(contour: Contour, s, depth, smooth=0.0, tolerance=None) -> Contour:
     sum. The result has lines and arcs within `tolerance` [m] (default: a hundredth of the mean depth) of the worn
     shape, and its area is larger by exactly the integral of depth over length: the depths are multiplied by a common
     factor, because at the edges of a lifter two faces lose the same material. Corners that balls do not reach stay
-    sharp, and get no arc of the radius of the depth. Material that comes loose is gone.
+    sharp, and get no arc of the radius of the depth. Material that comes loose is gone, too, besides this area.
     ValueError if nothing of that shape is left."""
     if np.min(depth) < 0 or not 0 <= smooth < contour.length:
         raise ValueError("expected depths of 0 or more, and a smoothing length below the length of the contour")
@@ -274,11 +277,12 @@ def worn(contour: Contour, s, depth, smooth=0.0, tolerance=None) -> Contour:
     depths = mean(at, smooth)
     factor, tried = 1.0, []
     for _ in range(12):
-        shapes = offset(fine, factor * depths, sharp=True)
+        shapes, loose = _boundary(_raw(fine, factor * depths, True))
+        loose *= loose > CRUMBS * area
         if not shapes:
             raise ValueError("the depths are larger than the contour")
         new = shapes[0]
-        tried.append((factor, (new.area - contour.area) / area - 1))
+        tried.append((factor, (new.area - loose - contour.area) / area - 1))
         if abs(tried[-1][1]) < 1e-7:
             break
         (f, e), (g, d) = tried[-1], tried[-2] if len(tried) > 1 else (0.0, -1.0)
@@ -292,4 +296,4 @@ def worn(contour: Contour, s, depth, smooth=0.0, tolerance=None) -> Contour:
     new = simplified(new, area / contour.length / 100 if tolerance is None else tolerance)
     new = Contour(new.vertices[new.width > SHORT * new.size])
     # what is left is some 1e-9 of the size
-    return Contour(new.vertices * [*[math.sqrt((contour.area + area) / new.area)] * 2, 1.0])
+    return Contour(new.vertices * [*[math.sqrt((contour.area + area + loose) / new.area)] * 2, 1.0])

@@ -534,6 +534,8 @@ class Requirement:
     def check(self, results: Results):
         """UserError if the units of both sides differ."""
         value, limit = self.expression.of(results), parsed(self.text.split("= ")[-1])
+        if value.own == "rad" and self.limit and not any(one.powers[4] for one, _ in limit._numbers.values()):
+            raise UserError(f"'{self.text}': {self.expression.text} is an angle: give the limit in deg or rad")
         if value.powers != limit._value(limit._tree, None).powers:
             unit = spoken_unit(value.unit) or "a plain number"
             raise UserError(f"'{self.text}': {self.expression.text} has the unit {unit}, and the limit has another one")
