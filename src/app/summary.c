@@ -186,8 +186,8 @@ static void print_charge(const struct mill_summary *s)
     if (!s->results->tally->charge.world)
         return;
     mill_summary_line(s->out, "charge", "toe %s deg, shoulder %s deg from 6 o'clock\n", t[0], t[1]);
-    mill_summary_line(s->out, "", "(Morrell: %s, %s), repose %s deg, %s %% in flight\n", morrell[0],
-                      morrell[1], t[2], t[3]);
+    mill_summary_line(s->out, "", "(as Morrell counts %s, %s), repose %s deg, %s %% in flight\n",
+                      morrell[0], morrell[1], t[2], t[3]);
 }
 
 static void print_means(const struct mill_summary *s)

@@ -183,7 +183,7 @@ def test_people_read_the_angles_from_6_and_from_3_o_clock(tmp_path):
     sets = ("-s", "run.time=1.2 s", "-s", "run.starts=1", "-s", "run.sample_from=0.5 s")
     done = subprocess.run([PROGRAM, "-q", *sets, "mill.ini"], cwd=tmp_path, capture_output=True, text=True)
     said = re.search(
-        r"charge +toe (\S+) deg, shoulder (\S+) deg from 6 o'clock\n +\(Morrell: (\d+), (\d+)\).*", done.stdout
+        r"charge +toe (\S+) deg, shoulder (\S+) deg from 6 o'clock\n +\(as Morrell counts (\d+), (\d+)\).*", done.stdout
     )
     toe, shoulder, its_toe, its_shoulder = map(float, said.groups())
     assert (its_toe - toe) % 360 == pytest.approx(270, abs=0.6)

@@ -116,10 +116,20 @@ def test_mean_covariance_and_gaps_are_those_of_the_formulas():
     assert believed.predict(asked)[1] ** 2 == pytest.approx(np.diag(cov))
 
 
+def test_the_place_of_an_optimum_on_a_limit_is_as_wide_as_the_limit_is_uncertain():
+    found = surface(40, 0.01, 3, function=lambda x: x)
+
+    def allowed(designs, doubt=0.0):  # the limit is 1 +- 0.1
+        return np.array([x - 1 - 0.1 * doubt <= 0 for (x,) in designs])
+
+    (place,) = found.optimum([d for d in found.tested() if d[0] <= 1], allowed).place
+    assert (place.low, place.high) == pytest.approx((0.8, 1.2), abs=0.03)
+
+
 @pytest.mark.parametrize("vary, limit", [(GRID, 0), (GRID, 5), pytest.param(LINE, 0, marks=pytest.mark.slow)])
 def test_the_place_of_the_optimum_is_that_of_designs_not_certainly_worse(vary, limit):
     found = surface(40, 0.05, 3, vary=vary, function=hill if vary == GRID else wave)
-    best = found.optimum(allowed=(lambda designs: [d[0] > limit for d in designs]) if limit else None)
+    best = found.optimum(allowed=(lambda designs, _=0: np.array([d[0] > limit for d in designs])) if limit else None)
     around = found.space.everything() or found.space.at(qmc.Sobol(1, seed=0).random(2048))
     around = [d for d in around if d[0] > limit]
     (value,), (error,) = found.predict([best.design])

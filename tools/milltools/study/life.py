@@ -17,14 +17,14 @@ from milltools.base.answer import Answer
 from milltools.base.errors import UserError
 from milltools.base.files import opened, write_csv, write_text
 from milltools.base.progress import Progress
-from milltools.base.text import columns, number, plain, plural, spoken_unit
+from milltools.base.text import columns, duration, number, plain, plural, spoken_unit
 from milltools.dose import wear
 from milltools.dose.liner import Liner, equal_parts
 from milltools.figures import style
 from milltools.geometry.contour import Contour
 from milltools.read import expression, values
 from milltools.read.runfile import Run
-from milltools.study.plan import filling, job
+from milltools.study.plan import filling, job, probe
 from milltools.study.plan.study_deck import Lines, folded, placed_files
 from milltools.study.show import canvas
 from milltools.study.show.data import TURNING, Scale
@@ -119,6 +119,11 @@ class Life:
     def live(self, quiet=False, force=False) -> list[dict]:
         """Makes the runs that the folder does not have yet; the rows of all."""
         rows = self.rows(force)
+        if not rows and probe.check(self.job(0)).value("drum.profile", "circle") == "circle":
+            raise UserError(
+                f"{self.file}: [study] deck: expected a drum with a contour, whose wear can be drawn: give the deck "
+                f"drum.profile = lifters, harmonics, wavy or file"
+            )
         self.folder.mkdir(exist_ok=True)
         try:
             with processes.stops_in_order(), Progress(NAME, self.steps + 1, quiet, kept=len(rows)) as progress:
@@ -260,7 +265,12 @@ def run(arguments) -> Answer:
     if arguments.dry_run:
         there = len(life.rows(arguments.force))
         said = f"plan       {plural(life.steps + 1, 'run')}, one after the other; {there} of them are in {life.folder}"
-        return Answer(said, {"runs": life.steps + 1, "there": there})
+        cost = probe.trial(life.job(0))
+        if isinstance(cost, str):
+            raise UserError(f"{life.file}: {cost}")
+        of_all = duration(cost[0] * (life.steps + 1 - there))
+        said += f"\ncost       {'at least' if cost[2] else 'about'} {of_all} of CPU, from a trial of the first run"
+        return Answer(said, {"runs": life.steps + 1, "there": there, "cpu_time": cost[0]})
     rows = life.live(arguments.quiet, arguments.force)
     files = [life.folder / "life.csv"]
     if not arguments.no_picture:
@@ -273,6 +283,10 @@ def run(arguments) -> Answer:
             f"; of {number(first)} mm the tops have lost {number(lost)} mm, and the liner stands {number(stands)} mm"
         )
         told += " high, for its plate wears, too" * (stands > first - lost)
-    said = [*table(life, rows), "", "+- is one standard error", finding(life, rows)]
+    said = [*table(life, rows), "", "+- is one standard error"]
+    if bare := [str(row["step"]) for row in rows if any(math.isnan(row[f"{name} error"]) for name in life.record)]:
+        said[-1] += f"; not known in step{'s' * (len(bare) > 1)} {', '.join(bare)}: a window that had not settled,"
+        said[-1] += " or fewer than four starts (run.time, run.sample_from, run.starts)"
+    said.append(finding(life, rows))
     said.append(f"{plain(life.folder)}: {told}; life.csv and the contours, step-K.txt")
     return Answer("\n".join(said), {"files": files, "rows": rows})

@@ -34,7 +34,7 @@ def probe(command, study, designs):
     for number in places:
         job = study.job(number, designs[number])
         try:
-            _check(job)
+            check(job)
             _look(study, job)
         except UserError as fault:
             faults.append(fault)
@@ -61,10 +61,10 @@ def _deck(job):
             raise UserError([line.replace(f"{folder}/", "") for line in fault.lines], fault.status) from None
 
 
-def _check(job):
+def check(job) -> Deck:
     """The deck as the run will have it, with the messages of the base deck."""
     with _deck(job) as path:
-        Deck.check(path, job["set"])
+        return Deck.check(path, job["set"])
 
 
 def _look(study, job):
@@ -130,7 +130,7 @@ def corners(study) -> list[dict]:
     return found
 
 
-def _forecast(job) -> tuple[float, float, bool] | str:
+def trial(job) -> tuple[float, float, bool] | str:
     """CPU time [s] and memory [byte] of a run, and whether this is a lower bound; or why millsim refuses it."""
     with _deck(job) as path:
         words = [word for text in job["set"] for word in ("-s", text)]
@@ -156,7 +156,7 @@ def forecast(command, study, runs: int, workers: int, quiet=False) -> list[str]:
     designs = corners(study)
     with Progress(command, len(designs), quiet) as progress, concurrent.futures.ThreadPoolExecutor(cores()) as pool:
         found = []
-        for told in pool.map(lambda one: _forecast(study.job(0, one)), designs):
+        for told in pool.map(lambda one: trial(study.job(0, one)), designs):
             found.append(told)
             progress(len(found), f"forecast of {len(found)} of {len(designs)} designs")
     sizes = {one.key: one.value for one in tell(f"{r.key}=1 {r.written}" for r in study.vary if r.written)}

@@ -224,17 +224,22 @@ class Surface:
 
     def optimum(self, among=None, allowed=None) -> Optimum:
         """The best design (of those run, or of those given) and how well it and its place are known, compared with all
-        designs that `allowed(designs)` marks."""
+        designs that `allowed(designs, doubt)` marks: those that may meet the requirements are open if they are not
+        certainly worse than the best one that certainly meets them."""
         best = self.best(among)
         (value,), (error,) = self.predict([best])
         # for a space too large to list: evenly spread designs
         around = self.space.everything() or self.space.at(qmc.Sobol(len(self.space), seed=0).random_base2(11))
+        rival, met = best, np.ones(len(around), bool)
         if allowed is not None:
-            around = [*itertools.compress(around, allowed(around))] or [best]
-        gap, spread = self.gaps(around, best)
+            around = [*itertools.compress(around, allowed(around, REACH))] or [best]
+            met = allowed(around)
+            if not allowed([best], -REACH)[0]:
+                rival = self.best([*itertools.compress(around, allowed(around, -REACH))] or [best])
+        gap, spread = self.gaps(around, rival)
         # one-sided at 97.5 %: certainly worse than the best, or not
         open_ = gap <= REACH * np.maximum(spread, 1e-12 * abs(value))
-        alike = gap <= ALIKE * abs(value)
+        alike = met & (self.gaps(around, best)[0] <= ALIKE * abs(value))
         places, near = (self._intervals([best, *itertools.compress(around, which)]) for which in (open_, alike))
         wide = ((r, r.share(part.high) - r.share(part.low)) for r, part in zip(self.space.ranges, near) if r.numeric)
         return Optimum(

@@ -172,24 +172,30 @@ def front(view, aims=None) -> np.ndarray:
 
 def limits(view) -> list[tuple]:
     """(requirement, function of designs that were perhaps not run: by how much they violate it, by a fit through the
-    runs) of all requirements for which a fit is possible."""
+    runs, less `doubt` standard errors of it) of all requirements for which a fit is possible."""
     fits = []
     for one in view.require:
         found = view.estimate(one.expression.text)
         surface = surface_of(view, view.usable & np.isfinite(found.mean), found, -one.sign)
         if surface is not None:
-            fits.append((one, lambda designs, r=one, s=surface: r.sign * (s.predict(designs)[0] - r.limit)))
+
+            def excess(designs, doubt=0.0, r=one, s=surface):
+                mean, spread = s.predict(designs)
+                return r.sign * (mean - r.limit) - doubt * spread
+
+            fits.append((one, excess))
     return fits
 
 
 def allowed(view):
-    """A function of designs that were perhaps not run: which of them meet all requirements."""
+    """A function of designs that were perhaps not run: which of them meet all requirements, by more than `doubt`
+    standard errors if it is below 0, or, if it is above, may meet them."""
     fits = limits(view)
     keys, formulas = [axis.key for axis in view.axes], view.formulas
 
-    def marked(designs):
+    def marked(designs, doubt=0.0):
         possible = [not formulas.rules or formulas.met(dict(zip(keys, design))) for design in designs]
-        return np.all([np.array(possible, bool), *(excess(designs) <= 0 for _, excess in fits)], axis=0)
+        return np.all([np.array(possible, bool), *(excess(designs, doubt) <= 0 for _, excess in fits)], axis=0)
 
     return marked
 
