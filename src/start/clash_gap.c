@@ -160,13 +160,14 @@ static double least_of(const struct seek *s, const struct mill_clash_ball *p,
     return least;
 }
 
-/* If two parts are far from each other, the bounds from their spheres are accurate enough. */
+/* If two parts are very far from each other, the bounds from their spheres are accurate enough:
+ * their centres are in them. */
 static void take_leaves(struct seek *s, const struct mill_clash_ball *p,
                         const struct mill_clash_ball *q)
 {
     const double size = p->radius + q->radius, apart = apart_of(s, p, q);
-    struct mill_part_gap gap = {apart - size, apart + size, 0};
-    if (apart < 2.0 * size) {
+    struct mill_part_gap gap = {apart - size, apart, 0};
+    if (gap.least < ENOUGH * gap.most) {
         const struct mill_part a = mill_part_move(&s->a->part[p->part], s->a_in_b);
         gap = mill_clash_gap_parts(&a, &s->b->part[q->part], s->near);
     }
@@ -215,16 +216,9 @@ static void seek_wall(const struct mill_wall *w, const struct mill_clash_solid *
                       const struct mill_clash_ball *n, const struct mill_pose *in, double near,
                       struct mill_part_gap *gap)
 {
-    const double middle = mill_part_wall_gap(w, mill_pose_out(in, n->centre)),
-                 least = middle - n->radius;
     gap->looks++;
-    /* far from the wall the sphere's bound is accurate enough */
-    if (least >= ENOUGH * gap->most || (n->part >= 0 && least > n->radius)) {
-        gap->least = fmin(gap->least, least);
-        if (n->part >= 0)
-            gap->most = fmin(gap->most, middle);
+    if (mill_part_wall_gap(w, mill_pose_out(in, n->centre)) - n->radius >= gap->most)
         return;
-    }
     if (n->part >= 0) {
         const struct mill_part part = mill_part_move(&s->part[n->part], in);
         const struct mill_part_gap of = mill_part_to_wall(&part, w, near);

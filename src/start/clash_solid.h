@@ -41,7 +41,7 @@ bool mill_clash_solid_holds(const struct mill_clash_solid *solid, vec3 place);
 
 /* Bounds of the distance between two solids, and between a solid and a container's wall: it is
  * between `least` and `most`. least <= 0: they touch, or the search ended before it could show that
- * they do not. Steps of length `least` make progress; the bounds need not be closer than 2 % of
+ * they do not. Users are told `least`, so it is within 10 % of `most`, or they differ by 2 % of
  * `near`, at which solids count as touching. looks: number of parts and spheres compared */
 
 /* Of two parts in one frame */
@@ -53,8 +53,8 @@ struct mill_part_gap mill_clash_gap_solids(const struct mill_clash_solid *a,
                                            const struct mill_clash_solid *b,
                                            const struct mill_pose *a_in_b, double near);
 
-/* Distance from a solid to a wall; < 0: so far the solid reaches beyond it. `least` is accurate to
- * a tenth of `near` or of itself. `in`: the solid's frame in the wall's, whose axis is z */
+/* Distance from a solid to a wall; < 0: so far the solid reaches beyond it. The bounds are
+ * as close as those of mill_part_to_wall. `in`: the solid's frame in the wall's, whose axis is z */
 struct mill_part_gap mill_clash_gap_wall(const struct mill_wall *wall,
                                          const struct mill_clash_solid *solid,
                                          const struct mill_pose *in, double near);

@@ -402,6 +402,48 @@ def test_bodies_that_can_never_touch_are_a_warning_if_a_ball_can_be_pinched_betw
     assert warned(5) == ""
 
 
+# the body's ends are 10 mm from the lids, the tank's wall is farther away
+CONTOURS = """\
+[run]
+time = 20 ms
+[motion.turn]
+kind = turn
+axis = 0 0 1
+speed = 60 rpm
+[body.tank]
+shape = {tank}
+side = inside
+radius = 150 mm
+length = 80 mm
+[body.star]
+shape = contour
+motion = turn
+file = star.txt
+length = 60 mm
+[balls]
+count = 9
+diameter = 8 mm
+density = 7800 kg/m^3
+[contact]
+restitution = 0.8
+"""
+# a circle, one beside the axis, a lune
+ROUND = ".05 0 1\n-.05 0 1\n", ".1 0 1\n.04 0 1\n", ".05 0 .2\n-.05 0 -.15\n"
+
+
+@pytest.mark.parametrize("tank", ["contour", "cylinder"])
+@pytest.mark.parametrize("star", ROUND)
+def test_a_contour_is_no_nearer_than_it_is(millsim, write_deck, tmp_path, tank, star):
+    (tmp_path / "star.txt").write_text(star)
+    (tmp_path / "tank.txt").write_text(".15 0 1\n-.15 0 1\n")
+    text = CONTOURS.format(tank=tank)
+    deck = write_deck(text.replace("radius = 150 mm", "file = tank.txt") if tank == "contour" else text)
+    done = millsim("--check", "-q", deck)
+    assert (done.returncode, done.stderr) == (0, "")
+    done = millsim("--check", "-q", "-s", "balls.diameter=12 mm", deck)
+    assert "[body.star]: comes as near as 9.9 mm to [body.tank] at t = 0 s" in done.stderr
+
+
 def test_a_bound_in_another_unit_is_still_within_the_bounds(refused, millsim, write_deck):
     deck = write_deck(PASSING)
     assert millsim("--check", "-q", "-s", "body.plate.size=1e-6 10 10 mm", deck).returncode == 0
