@@ -61,11 +61,16 @@ static void flatten(struct mill_ring *ring, struct mill_corner a, struct mill_co
     flatten(ring, middle, b, tolerance);
 }
 
+/* Two arcs within the tolerance would leave two points. Their contour has an area, so that a
+ * narrower tolerance divides one of them. */
 static void outline(const struct mill_body *is, int wall, double tolerance, struct mill_mesh *mesh)
 {
     struct mill_ring ring = {0};
-    for (size_t k = 0; k < is->corners; k++)
-        flatten(&ring, is->corner[k], is->corner[(k + 1) % is->corners], tolerance);
+    for (; ring.points < 3 && !ring.failed; tolerance *= 0.5) {
+        ring.points = 0;
+        for (size_t k = 0; k < is->corners; k++)
+            flatten(&ring, is->corner[k], is->corner[(k + 1) % is->corners], tolerance);
+    }
     mill_mesh_prism(mesh, is, wall, &ring);
     mill_mesh_ring_free(&ring);
 }

@@ -130,7 +130,8 @@ void mill_mesh_prism(struct mill_mesh *mesh, const struct mill_body *is, int wal
 {
     const double half = 0.5 * is->length;
     const int64_t n = (int64_t)ring->points;
-    mesh->failed = mesh->failed || ring->failed || n < 3;
+    assert(ring->failed || n >= 3);
+    mesh->failed = mesh->failed || ring->failed;
     if (mesh->failed)
         return;
     if (wall <= 0) {

@@ -427,12 +427,13 @@ density = 7800 kg/m^3
 [contact]
 restitution = 0.8
 """
-# a circle, one beside the axis, a lune
+# a circle, one beside the axis, a lune, and two that are thinner than the flats of their outlines
+THIN = ".05 0 0\n-.05 0 .0002\n", ".05 0 .0001\n-.05 0 -.00009\n"
 ROUND = ".05 0 1\n-.05 0 1\n", ".1 0 1\n.04 0 1\n", ".05 0 .2\n-.05 0 -.15\n"
 
 
 @pytest.mark.parametrize("tank", ["contour", "cylinder"])
-@pytest.mark.parametrize("star", ROUND)
+@pytest.mark.parametrize("star", ROUND + THIN)
 def test_a_contour_is_no_nearer_than_it_is(millsim, write_deck, tmp_path, tank, star):
     (tmp_path / "star.txt").write_text(star)
     (tmp_path / "tank.txt").write_text(".15 0 1\n-.15 0 1\n")

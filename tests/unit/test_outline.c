@@ -179,6 +179,27 @@ TEST(a_finer_tolerance_means_more_and_smaller_flats)
     }
 }
 
+/* Both arcs are nearer to their chord, which is the same line, than the tolerance. */
+TEST(a_contour_of_two_flat_arcs_is_a_closed_body_too)
+{
+    static const double bulge[][2] = {{0.0, 2e-4}, {2e-4, -1e-4}, {1e-4, -9e-5}, {1e-12, 0.0}};
+    for (int k = 0; k < 4; k++) {
+        const struct mill_corner line[2] = {{0.05, 0.0, bulge[k][0]}, {-0.05, 0.0, bulge[k][1]}};
+        const struct mill_body is = {.x = {1.0, 0.0, 0.0},
+                                     .y = {0.0, 1.0, 0.0},
+                                     .z = {0.0, 0.0, 1.0},
+                                     .length = 0.06,
+                                     .corner = line,
+                                     .corners = 2};
+        struct mill_mesh mesh = {0};
+        mill_contour_solid.outline(&is, MILL_SOLID_WHOLE, TOLERANCE, &mesh);
+        ck_assert(!mesh.failed);
+        assert_closed(&mesh, 1);
+        ck_assert_double_gt(enclosed_by(&mesh), 0.0);
+        mill_mesh_free(&mesh);
+    }
+}
+
 TEST(the_outline_tells_what_turns_and_names_every_triangle)
 {
     uint64_t seed = 6;
