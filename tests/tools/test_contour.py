@@ -490,6 +490,12 @@ def test_old_polylines_of_r12_are_read_and_have_no_unit(drawing, refused, mill):
     assert facts["area"] == pytest.approx(100 * MIXED_AREA) and facts["arcs"] == 4
 
 
+def test_a_drawing_without_a_header_has_no_unit(tmp_path, refused):
+    circle = "0 SECTION 2 ENTITIES 0 CIRCLE 8 0 10 0 20 0 40 1 0 ENDSEC 0 EOF"
+    (tmp_path / "a.dxf").write_text(circle.replace(" ", "\n") + "\n")
+    assert refused() == "a.dxf: does not tell its unit: give it, such as --unit mm"
+
+
 @pytest.mark.parametrize(
     "insunits, measurement, size, why",
     [(1, 1, 0.0254, "$INSUNITS"), (6, 0, 1.0, "$INSUNITS"), (0, 1, 1e-3, "$MEASUREMENT 1: metric"),

@@ -46,8 +46,8 @@ class Found:
 def read(path, unit=None, layers=(), tolerance=None) -> Found:
     """The loops of a drawing. A UserError if it has none, no known unit, or is no drawing."""
     with opened(path, "a drawing") as file:
-        begin = file.read(6)
-    if begin[:4] == b"AC10":
+        content = file.read()
+    if content[:4] == b"AC10":
         raise UserError(f"{path}: is a DWG file: save the drawing as DXF")
     import ezdxf
     from ezdxf import recover
@@ -60,7 +60,7 @@ def read(path, unit=None, layers=(), tolerance=None) -> Found:
     except Exception as fault:  # the library raises many kinds for a damaged file
         told = f" ({plain(str(fault))[:80]})" if str(fault) else ""
         raise UserError(f"{path}: is no DXF file that can be read{told}") from None
-    unit, unit_from = (unit, "--unit") if unit else _unit(path, document)
+    unit, unit_from = (unit, "--unit") if unit else _unit(path, document, content)
     ignored: collections.Counter = collections.Counter()
     for layout in document.layouts:
         if layout.name != "Model" and len(layout):
@@ -89,11 +89,13 @@ def read(path, unit=None, layers=(), tolerance=None) -> Found:
     return Found(unit, unit_from, sorted(loops, key=lambda one: -one[0].area), gap, widest, dict(ignored))
 
 
-def _unit(path, document):
-    code = int(document.header.get("$INSUNITS", 0) or 0)
+def _unit(path, document, content):
+    # where a file has no header, ezdxf makes one
+    told = {name: document.header.get(name) for name in ("$INSUNITS", "$MEASUREMENT") if name.encode() in content}
+    code = int(told.get("$INSUNITS") or 0)
     if code in CODES:
         return CODES[code], "$INSUNITS"
-    measure = document.header.get("$MEASUREMENT", None)
+    measure = told.get("$MEASUREMENT")
     if code == 0 and measure in (0, 1):
         return ("in", "mm")[measure], f"$MEASUREMENT {measure}: {('imperial', 'metric')[measure]}"
     why = f"$INSUNITS {code} is none of {', '.join(UNITS)}" if code else "does not tell its unit"
