@@ -611,6 +611,23 @@ def test_a_frame_around_a_finer_curve_and_a_liner_in_pieces_are_told(drawing, mi
     assert "warning: 3 closed curves have the same area" in mill("contour", "a.dxf").stderr
 
 
+def test_a_drum_in_two_halves_is_told(drawing, mill):
+    _, space, save = drawing()
+    space.add_arc((0, 0), 1000, 0, 180)
+    space.add_arc((0, 0), 1000, 180, 360)
+    space.add_line((-1000, 0), (1000, 0))
+    save()
+    assert "warning: 2 closed curves have the same area" in mill("contour", "a.dxf").stderr
+
+
+def test_inner_and_outer_face_of_a_thin_shell_are_no_pieces(drawing, mill):
+    _, space, save = drawing()
+    for radius in (1000, 1002, 1004):
+        space.add_circle((0, 0), radius)
+    save()
+    assert mill("contour", "a.dxf").stderr == ""
+
+
 @pytest.mark.parametrize(
     "draw, options, said",
     [

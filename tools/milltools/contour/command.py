@@ -180,7 +180,7 @@ def _doubt(loops):
     curve, _ = loops[0]
     finer = [k for k, (one, _) in enumerate(loops) if len(one.vertices) > len(curve.vertices)]
     finer = [k for k in finer if loops[k][0].area > 0.01 * curve.area]
-    within = [k for k in finer if curve.gap(loops[k][0].vertices[:1, :2])[0] > 0]
+    within = [k for k in finer if _is_within(loops[k][0], curve)]
     if within:
         layer = ", ".join(sorted(map(plain, loops[within[0]][1])))
         say(
@@ -189,13 +189,20 @@ def _doubt(loops):
             f"that is a frame or the shell, --layer {layer} or --loop {within[0] + 1} takes the liner",
         )
     liner = loops[within[0]][0] if within else curve
-    alike = sum(abs(one.area - liner.area) < 0.01 * liner.area for one, _ in loops)
-    if alike > 2:
+    alike = [one for one, _ in loops if one is not liner and abs(one.area - liner.area) < 0.01 * liner.area]
+    apart = [one for one in alike if not _is_within(one, liner) and not _is_within(liner, one)]
+    if apart:
         say(
             "mill contour",
-            f"warning: {alike} closed curves have the same area: the liner may be in pieces; draw "
-            "its inner face as one closed curve",
+            f"warning: {len(apart) + 1} closed curves have the same area: the liner may be in pieces; draw "
+            "its inner face as one closed curve, or choose one by --loop",
         )
+
+
+def _is_within(one, other):
+    """Whether a curve is inside of another one, or the same."""
+    every = np.arange(len(one.vertices))
+    return other.gap(np.concatenate([one.start, one.points(every, 0.5)])).min() > -1e-3 * other.size
 
 
 def _axis(given, curve):
