@@ -362,16 +362,57 @@ def test_a_contour_file_keeps_every_bit(tmp_path):
         ("0 0 0\n1 0\n", ":2: expected 'x y bulge' (metres), got '1 0'"),
         ("0 0 0\n\n1 zero 0 # x\n", ":3: expected 'x y bulge' (metres), got '1 zero 0'"),
         ("0 0 nan\n", ":1: expected 'x y bulge' (metres), got '0 0 nan'"),
+        ("0,1 0 0\n", ":1: expected 'x y bulge' (metres), got '0,1 0 0'; write decimal points, and commas between all "
+         "numbers or none"),
         ("# nothing\n", ": expected two or more rows x, y, bulge"),
         ("0 0 0\n1 0 1e300\n", ": expected coordinates below 1e+12, and bulges below 1000"),
         ("0 0 0\n1 0 0\n1 0 0\n0 1 0\n", ": vertex 2 and the next one are the same point"),
     ],
-)
+)  # fmt: skip
 def test_a_wrong_contour_file_is_told_with_its_line(tmp_path, text, said):
     (tmp_path / "a.txt").write_text(text)
     with pytest.raises(UserError) as fault:
         Contour.read(tmp_path / "a.txt")
     assert str(fault.value) == f"{tmp_path}/a.txt{said}"
+
+
+DRUM = """[run]
+time = 1 s
+[drum]
+radius = 150 mm
+length = 90 mm
+motion = turn
+profile = file
+file = a.txt
+[motion.turn]
+kind = turn
+axis = 1 0 0
+speed = 70 % critical
+[balls]
+count = 1
+diameter = 20 mm
+density = 7800 kg/m^3
+[contact]
+restitution = 0.7
+friction = 0.3
+tangential_restitution = 0.4
+"""
+ROWS = {  # whether it is one
+    True: ["-0.15,0,1", "-.15 , 0e0 ,\t1.", "\ufeff-0.15 0 1", " ,-0.15 0 1,,\r", "-0.15,0,1,"],
+    False: ["-0.15,0 1", "-0.15,,0,1", ",,-0.15 0 1", "-0.1_5 0 1", "-0.15\u00a00 1", "-0.15\x1c0 1", "-0.15 0 0x1",
+            "-0.15 0 1e", "-0.15 0 1e400", "-0.15 0 1" + 4096 * " "],
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("good, row", [(good, row) for good, rows in ROWS.items() for row in rows])
+def test_mill_takes_the_same_rows_of_a_contour_as_millsim(millsim, write_deck, tmp_path, good, row):
+    (tmp_path / "a.txt").write_bytes(f"{row}\n0.15 0 1\n".encode())
+    assert millsim("--check", "-q", write_deck(DRUM)).returncode == 2 * (not good)
+    if good:
+        assert Contour.read(tmp_path / "a.txt").area == pytest.approx(math.pi * 0.15**2)
+    else:
+        with pytest.raises(UserError, match="a.txt:1: expected 'x y bulge'"):
+            Contour.read(tmp_path / "a.txt")
 
 
 # ---- drawings

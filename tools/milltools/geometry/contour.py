@@ -10,6 +10,7 @@ This holds for lines, too, and does not use the centre, which is far away for sm
 
 import functools
 import math
+import re
 
 import numpy as np
 
@@ -26,6 +27,13 @@ AT_ONCE = 2_000_000  # pairs that are computed together
 NECK, SLOT, WALLS = -0.95, -1 + 1e-6, -0.3
 SAME = 1e-6  # balls that differ by less fit alike
 SHARES = np.array([0.05, 0.275, 0.5, 0.725, 0.95])  # where pieces and corners are tried
+
+LONGEST = 4096  # characters of a row
+# three numbers, as millsim reads them: commas between all or between none
+_ROW = re.compile(
+    rb"\s*,?\s*(%b)(?:(\s+)|\s*,\s*)(%b)(?(2)\s+|\s*,\s*)(%b)[\s,]*"
+    % ((rb"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?",) * 3)
+)
 
 
 def cross(a, b):
@@ -478,20 +486,21 @@ class Contour:
 
     @classmethod
     def read(cls, path) -> "Contour":
-        """Reads a contour file: rows x y [m] bulge; # begins a comment. A UserError names the wrong line."""
+        """Reads a contour file: rows x y [m] bulge; # begins a comment. A UserError names the wrong line. As millsim
+        does: src/deck/deck_files.c."""
         rows = []
         with opened(path, "a contour") as file:
             for number, line in enumerate(file, 1):
-                words = line.partition(b"#")[0].decode("latin-1").split()
-                if not words:
+                text = line.removeprefix(b"\xef\xbb\xbf" if number == 1 else b"").partition(b"#")[0]
+                if not text.strip(b" \t\r\n\f\v,"):
                     continue
-                try:
-                    row = [float(word) for word in words]
-                    if len(row) != 3 or not all(map(math.isfinite, row)):
-                        raise ValueError
-                except ValueError:
-                    said = plain(" ".join(words)[:60])
-                    raise UserError(f"{path}:{number}: expected 'x y bulge' (metres), got '{said}'") from None
+                match = _ROW.fullmatch(text) if len(text) <= LONGEST else None
+                row = [float(word) for word in match.group(1, 3, 4)] if match else [math.inf]
+                if not all(map(math.isfinite, row)):
+                    said = plain(" ".join(text.decode("latin-1").split())[:60])
+                    mixed = re.fullmatch(rb"(?=.*,)[-+.\deE\s,]*[^\s,]\s+[^\s,][-+.\deE\s,]*", text[:LONGEST])
+                    mend = "; write decimal points, and commas between all numbers or none" if mixed else ""
+                    raise UserError(f"{path}:{number}: expected 'x y bulge' (metres), got '{said}'{mend}")
                 rows.append(row)
                 if len(rows) > MOST_PIECES:
                     raise UserError(f"{path}:{number}: expected at most {MOST_PIECES} vertices")
