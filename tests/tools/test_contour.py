@@ -415,6 +415,18 @@ def test_mill_takes_the_same_rows_of_a_contour_as_millsim(millsim, write_deck, t
             Contour.read(tmp_path / "a.txt")
 
 
+@pytest.mark.parametrize("rows, why", [
+    ("0.15 0 -1\n-0.15 0 -1\n", "it is clockwise"),
+    ("0.45 0 1\n0.15 0 1\n", "the axis, 0 0, is not inside of it"),
+])  # fmt: skip
+def test_a_contour_file_that_millsim_refuses_is_drawn_with_a_warning(mill, millsim, write_deck, tmp_path, rows, why):
+    (tmp_path / "a.txt").write_text(rows)
+    assert millsim("--check", "-q", write_deck(DRUM)).returncode == 2
+    done = mill("contour", "a.txt", "--draw", "a.svg")
+    assert done.returncode == 0 and done.stderr.count("\n") == 1 and (tmp_path / "a.svg").exists()
+    assert done.stderr.startswith("mill contour: warning: a.txt: millsim refuses it") and why in done.stderr
+
+
 # ---- drawings
 
 

@@ -110,6 +110,12 @@ def _from_file(arguments):
             raise UserError(f"--{name} is for a drawing (.dxf): {plain(arguments.input)} is read as a contour file")
     shape = Contour.read(arguments.input)
     _refuse_crossings(arguments.input, shape, place_in_metres)
+    begin = f"warning: {plain(arguments.input)}: millsim refuses it"
+    if shape.clockwise:
+        mend = "list its vertices in the other order, each with the negative bulge of the one before it"
+        say("mill contour", f"{begin}, for it is clockwise: {mend}")
+    if shape.gap([(0.0, 0.0)])[0] <= 0:
+        say("mill contour", f"{begin} as the wall of a drum, for the axis, 0 0, is not inside of it: move the contour")
     return shape, [], {"unit": "m", "vertices": len(shape.vertices)}, place_in_metres
 
 

@@ -58,9 +58,9 @@ def bow(bulge):
 
 
 class Contour:
-    """A contour of rows x, y [m], bulge; clockwise ones are reversed. `vertices`: the array (n, 3); per piece `start`,
-    `chord` (n, 2), `width` (of the chord), `sweep` [rad], `lengths` (n,), and of arcs `centre`, `radius` (of lines
-    infinite). ValueError for rows that are no contour."""
+    """A contour of rows x, y [m], bulge; `clockwise` ones are reversed. `vertices`: the array (n, 3); per piece
+    `start`, `chord` (n, 2), `width` (of the chord), `sweep` [rad], `lengths` (n,), and of arcs `centre`, `radius` (of
+    lines infinite). ValueError for rows that are no contour."""
 
     def __init__(self, vertices):
         rows = np.array(vertices, float)
@@ -70,7 +70,8 @@ class Contour:
             raise ValueError(f"expected coordinates below {LARGEST:g}, and bulges below {BULGE:g}")
         if len(rows) > MOST_PIECES:
             raise ValueError(f"{len(rows)} vertices: expected at most {MOST_PIECES}")
-        if signed_area(rows) < 0:
+        self.clockwise = signed_area(rows) < 0
+        if self.clockwise:
             rows = np.column_stack([rows[::-1, :2], -np.roll(rows[::-1, 2], -1)])
         rows.setflags(write=False)
         self.vertices = rows
