@@ -693,6 +693,8 @@ def test_inner_and_outer_face_of_a_thin_shell_are_no_pieces(drawing, mill):
          "1 TEXT"),
         (lambda s: s.add_circle((0, 0), 1), ("--layer", "LINER"), "a.dxf: nothing to read on layer LINER: it has 0"),
         (lambda s: s.add_circle((0, 0), 1), ("--loop", "2"), "--loop 2: the drawing has 1 closed curve"),
+        (lambda s: s.add_circle((0, 0), 1), ("--loop", "0"), "--loop 0: expected 1, which is the largest closed curve, "
+         "or more"),
         (lambda s: s.add_circle((0, 0), 1), ("--centre", "3", "0"), "--centre 3 0: is not inside the curve"),
         (lambda s: s.add_circle((0, 0), 1), ("--ball", "40"), "--ball 40: expected a diameter with its unit, such as "
          "'40 mm'"),
@@ -798,5 +800,11 @@ def test_the_picture_of_a_contour_file_shows_scale_axis_and_the_narrowest_place(
     svg = (tmp_path / "a.svg").read_text()
     for text in ("100 mm", "axis", "lines", "arcs", "smallest radius, 10 mm", "a ball of 20 mm fits"):
         assert text in svg
-    done = mill("contour", "a.txt", "--unit", "mm")
-    assert done.stderr == "mill contour: --unit is for a drawing (.dxf): a.txt is read as a contour file\n"
+
+
+@pytest.mark.parametrize("option, value", [("--unit", "mm"), ("--loop", "0"), ("--tolerance", "0")])
+def test_an_option_for_drawings_is_refused_with_a_contour_file(mill, tmp_path, option, value):
+    (tmp_path / "a.txt").write_text(star().text())
+    done = mill("contour", "a.txt", option, value)
+    said = f"mill contour: {option} is for a drawing (.dxf): a.txt is read as a contour file\n"
+    assert (done.returncode, done.stderr) == (2, said)

@@ -106,7 +106,7 @@ def _from_file(arguments):
     from milltools.geometry.contour import Contour
 
     for name in ("output", "unit", "layer", "loop", "centre", "tolerance"):
-        if getattr(arguments, name):
+        if getattr(arguments, name) not in (None, []):
             raise UserError(f"--{name} is for a drawing (.dxf): {plain(arguments.input)} is read as a contour file")
     shape = Contour.read(arguments.input)
     _refuse_crossings(arguments.input, shape, place_in_metres)
@@ -136,13 +136,15 @@ def _from_drawing(arguments):
     from milltools.contour import drawing
     from milltools.geometry.contour import Contour
 
-    source, tolerance, loop = arguments.input, arguments.tolerance, arguments.loop or 1
+    source, tolerance, loop = arguments.input, arguments.tolerance, 1 if arguments.loop is None else arguments.loop
+    if loop < 1:
+        raise UserError(f"--loop {loop}: expected 1, which is the largest closed curve, or more")
     if tolerance is not None and not 0 <= tolerance < math.inf:
         raise UserError(f"--tolerance {tolerance:g}: expected 0 or more")
     if arguments.centre and not all(map(math.isfinite, arguments.centre)):
         raise UserError("--centre: expected two finite numbers")
     found = drawing.read(source, arguments.unit, arguments.layer, tolerance)
-    if not 1 <= loop <= len(found.loops):
+    if loop > len(found.loops):
         raise UserError(f"--loop {loop}: the drawing has {plural(len(found.loops), 'closed curve')}")
     curve, layers = found.loops[loop - 1]
     unit, (over, under) = found.unit, drawing.UNITS[found.unit]
@@ -171,7 +173,7 @@ def _from_drawing(arguments):
         lines.append(f"not taken  {sizes}, layer {', '.join(sorted(map(plain, on)))}: --loop {k + 1} takes it")
     if len(others) > TOLD:
         lines.append(f"           and {len(others) - TOLD} smaller ones; --layer reads one layer only")
-    if not arguments.loop:
+    if arguments.loop is None:
         _doubt(found.loops)
     facts = {
         "unit": unit, "unit_from": found.unit_from, "layers": sorted(layers), "ignored": found.ignored,
