@@ -698,6 +698,11 @@ def test_inner_and_outer_face_of_a_thin_shell_are_no_pieces(drawing, mill):
         (lambda s: s.add_circle((0, 0), 1), ("--centre", "3", "0"), "--centre 3 0: is not inside the curve"),
         (lambda s: s.add_circle((0, 0), 1), ("--ball", "40"), "--ball 40: expected a diameter with its unit, such as "
          "'40 mm'"),
+        *((lambda s: s.add_circle((0, 0), 1), ("--tolerance", text), f"--tolerance {text}: expected a length, 0 or "
+           "more, such as '0.1 mm'") for text in ("-1", "1 furlong", "wide", "nan", "1e999 mm")),
+        (lambda s: s.add_lwpolyline([(0, 0), (100, 0), (100, 100), (0.1, 0.2)]), ("--tolerance", "0.2 mm"),
+         "a.dxf: no closed curve; pieces with an open end: 3; a gap is 0.224 mm wide, at (0.1, 0.2) mm: close "
+         "it, or give --tolerance 0.23"),
         (lambda s: s.add_circle((0, 0), 1), ("--draw", "a.bmp"), "a.bmp: expected a name that ends in .svg, .png, "
          ".pdf"),
     ],
@@ -714,6 +719,14 @@ def test_a_gap_is_closed_by_the_tolerance_that_the_refusal_names(drawing, refuse
     space.add_lwpolyline([(0, 0), (100, 0), (100, 100), (0.1, 0.2)])
     save()
     tolerance = refused().rpartition(" ")[2]
+    assert found("--tolerance", tolerance)[1]["lines"] == 3
+
+
+@pytest.mark.parametrize("tolerance", ["0.25", "0.25 in", "6.35mm", "1e-2 m"])
+def test_a_tolerance_has_its_own_unit_or_that_of_the_drawing(drawing, found, tolerance):
+    _, space, save = drawing(unit=1)
+    space.add_lwpolyline([(0, 0), (100, 0), (100, 100), (0.1, 0.2)])
+    save()
     assert found("--tolerance", tolerance)[1]["lines"] == 3
 
 

@@ -43,9 +43,9 @@ def add_arguments(parser):
         "centre that its arcs share, else that of its bounding box)",
     )  # fmt: skip
     add(
-        "--tolerance", type=float, metavar="LENGTH",
-        help="close gaps up to this width, and replace splines and ellipses by arcs that are as near; in the unit of "
-        "the drawing (default: 0.00001 of its size)",
+        "--tolerance", metavar="LENGTH",
+        help="close gaps up to this width, and replace splines and ellipses by arcs that are as near, such as "
+        "'0.1 mm'; a number alone is in the unit of the drawing (default: 0.00001 of its size)",
     )  # fmt: skip
     add("--ball", metavar="DIAMETER", help="say where a ball does not fit, such as --ball '40 mm'")
 
@@ -86,19 +86,25 @@ def run(arguments) -> Answer:
     return Answer("\n".join(lines), {"files": outputs} | facts)
 
 
+def _length(text):
+    """(number, its unit or "") of a text such as '40 mm'; the number is nan in another text."""
+    parts = re.fullmatch(r"\s*([0-9.eE+-]+)\s*([a-z]*)\s*", text)
+    try:
+        return (float(parts[1]), parts[2]) if parts and parts[2] in ("", *UNITS) else (math.nan, "")
+    except ValueError:
+        return math.nan, ""
+
+
 def _diameter(text):
     from milltools.contour.drawing import UNITS as SIZES
 
     if text is None:
         return None
-    parts = re.fullmatch(r"\s*([0-9.eE+-]+)\s*([a-z]+)\s*", text)
-    try:
-        value, (over, under) = float(parts[1]), SIZES[parts[2]]
-        if not 0 < value < math.inf:
-            raise ValueError
-        return value * over / under
-    except (TypeError, KeyError, ValueError):
-        raise UserError(f"--ball {plain(text)}: expected a diameter with its unit, such as '40 mm'") from None
+    value, unit = _length(text)
+    if not (unit and 0 < value < math.inf):
+        raise UserError(f"--ball {plain(text)}: expected a diameter with its unit, such as '40 mm'")
+    over, under = SIZES[unit]
+    return value * over / under
 
 
 def _from_file(arguments):
@@ -136,11 +142,12 @@ def _from_drawing(arguments):
     from milltools.contour import drawing
     from milltools.geometry.contour import Contour
 
-    source, tolerance, loop = arguments.input, arguments.tolerance, 1 if arguments.loop is None else arguments.loop
+    source, loop = arguments.input, 1 if arguments.loop is None else arguments.loop
+    tolerance = None if arguments.tolerance is None else _length(arguments.tolerance)
     if loop < 1:
         raise UserError(f"--loop {loop}: expected 1, which is the largest closed curve, or more")
-    if tolerance is not None and not 0 <= tolerance < math.inf:
-        raise UserError(f"--tolerance {tolerance:g}: expected 0 or more")
+    if tolerance and not 0 <= tolerance[0] < math.inf:
+        raise UserError(f"--tolerance {plain(arguments.tolerance)}: expected a length, 0 or more, such as '0.1 mm'")
     if arguments.centre and not all(map(math.isfinite, arguments.centre)):
         raise UserError("--centre: expected two finite numbers")
     found = drawing.read(source, arguments.unit, arguments.layer, tolerance)

@@ -44,7 +44,8 @@ class Found:
 
 
 def read(path, unit=None, layers=(), tolerance=None) -> Found:
-    """The loops of a drawing. A UserError if it has none, no known unit, or is no drawing."""
+    """The loops of a drawing; `tolerance`: (number, its unit, or "" for that of the drawing). A UserError if it
+    has no loops, no known unit, or is no drawing."""
     with opened(path, "a drawing") as file:
         content = file.read()
     if content[:4] == b"AC10":
@@ -73,7 +74,10 @@ def read(path, unit=None, layers=(), tolerance=None) -> Found:
         told = "".join(f"; ignored: {text}" for text in [_told(ignored)] if text)
         raise UserError(f"{path}: has no lines, arcs, circles, polylines, splines or ellipses{told}")
     size = chains.size()
-    gap = TOLERANCE * size if tolerance is None else max(tolerance, TINY * size)
+    gap = TOLERANCE * size
+    if tolerance:
+        (over, under), (own, parts) = UNITS[tolerance[1] or unit], UNITS[unit]
+        gap = max(tolerance[0] * over * parts / (under * own), TINY * size)
     closed, loose = [], []
     for layer, closes, chain in chains.within(gap):
         (closed if closes else loose).append((layer, chain))
