@@ -505,6 +505,15 @@ def test_lines_and_arcs_in_any_order_with_gaps_become_one_curve(drawing, found):
     assert 1e-7 < facts["gap"] < 3e-6
 
 
+def test_gaps_are_told_of_the_curve_that_is_taken(drawing, mill):
+    _, space, save = drawing()
+    space.add_circle((0, 0), 1000)
+    space.add_lwpolyline([(0, 0), (100, 0), (100, 100), (0.001, 0.002)])
+    save()
+    said = [mill("contour", "a.dxf", "--loop", loop, "--centre", "50", "25").stdout for loop in "12"]
+    assert ["gaps       closed up to" in one for one in said] == [False, True]
+
+
 def test_an_arc_passes_through_its_middle(drawing, found):
     _, space, save = drawing()
     space.add_arc((0, 0), 1000, 90, 270)  # the left half

@@ -153,7 +153,7 @@ def _from_drawing(arguments):
     found = drawing.read(source, arguments.unit, arguments.layer, tolerance)
     if loop > len(found.loops):
         raise UserError(f"--loop {loop}: the drawing has {plural(len(found.loops), 'closed curve')}")
-    curve, layers = found.loops[loop - 1]
+    curve, layers, gap = found.loops[loop - 1]
     unit, (over, under) = found.unit, drawing.UNITS[found.unit]
     _refuse_crossings(source, curve, lambda point: drawing.place(point, unit))
     centre, why = _axis(arguments.centre, curve)
@@ -170,11 +170,11 @@ def _from_drawing(arguments):
         f"layer      {', '.join(sorted(map(plain, layers)))}" + (f"; ignored: {ignored}" if ignored else ""),
         f"axis       {drawing.place(centre, unit)}: {why}",
     ]
-    if found.widest > 1e-9 * curve.size:
-        lines.append(f"gaps       closed up to {number(found.widest)} {unit} (--tolerance {found.tolerance:.2g})")
+    if gap > 1e-9 * curve.size:
+        lines.append(f"gaps       closed up to {number(gap)} {unit} (--tolerance {found.tolerance:.2g})")
     others = [k for k in range(len(found.loops)) if k != loop - 1]
     for k in others[:TOLD]:
-        other, on = found.loops[k]
+        other, on, _ = found.loops[k]
         width, height = (other.box[1] - other.box[0]) * over / under
         sizes = f"{quantity(width, 'm', 4)} x {quantity(height, 'm', 4)}"
         lines.append(f"not taken  {sizes}, layer {', '.join(sorted(map(plain, on)))}: --loop {k + 1} takes it")
@@ -184,7 +184,7 @@ def _from_drawing(arguments):
         _doubt(found.loops)
     facts = {
         "unit": unit, "unit_from": found.unit_from, "layers": sorted(layers), "ignored": found.ignored,
-        "centre": list(centre), "loops": len(found.loops), "gap": found.widest * over / under,
+        "centre": list(centre), "loops": len(found.loops), "gap": gap * over / under,
         "vertices": len(shape.vertices),
     }  # fmt: skip
     return shape, lines, facts, at
@@ -192,8 +192,8 @@ def _from_drawing(arguments):
 
 def _doubt(loops):
     """Warns where the largest curve may not be the liner."""
-    curve, _ = loops[0]
-    finer = [k for k, (one, _) in enumerate(loops) if len(one.vertices) > len(curve.vertices)]
+    curve = loops[0][0]
+    finer = [k for k, (one, *_) in enumerate(loops) if len(one.vertices) > len(curve.vertices)]
     finer = [k for k in finer if loops[k][0].area > 0.01 * curve.area]
     within = [k for k in finer if _is_within(loops[k][0], curve)]
     if within:
@@ -204,7 +204,7 @@ def _doubt(loops):
             f"that is a frame or the shell, --layer {layer} or --loop {within[0] + 1} takes the liner",
         )
     liner = loops[within[0]][0] if within else curve
-    alike = [one for one, _ in loops if one is not liner and abs(one.area - liner.area) < 0.01 * liner.area]
+    alike = [one for one, *_ in loops if one is not liner and abs(one.area - liner.area) < 0.01 * liner.area]
     apart = [one for one in alike if not _is_within(one, liner) and not _is_within(liner, one)]
     if apart:
         say(

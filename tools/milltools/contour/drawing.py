@@ -32,14 +32,13 @@ LOOSE = {"LINE", "ARC", "LWPOLYLINE", "POLYLINE", "SPLINE", "ELLIPSE", "CIRCLE"}
 
 @dataclasses.dataclass
 class Found:
-    """What a drawing has, in its own unit: `loops` (vertices (n, 3), layers), largest first; `tolerance`, the `widest`
-    gap that was closed, `ignored` {what: how many}."""
+    """What a drawing has, in its own unit: `loops` (contour, layers, widest gap that was closed), largest first;
+    `tolerance`, `ignored` {what: how many}."""
 
     unit: str
     unit_from: str
-    loops: list[tuple[Contour, set]]
+    loops: list[tuple[Contour, set, float]]
     tolerance: float
-    widest: float
     ignored: dict[str, int]
 
 
@@ -82,15 +81,15 @@ def read(path, unit=None, layers=(), tolerance=None) -> Found:
     for layer, closes, chain in chains.within(gap):
         (closed if closes else loose).append((layer, chain))
     try:
-        faces, widest, open_ends = _faces(loose, gap)
-        loops = [(Contour(chain[:-1]), {layer}) for layer, chain in closed] + faces
+        faces, open_ends = _faces(loose, gap)
+        loops = [(Contour(chain[:-1]), {layer}, 0.0) for layer, chain in closed] + faces
     except ValueError as fault:
         raise UserError(f"{path}: {fault}") from None
     if open_ends[0]:
         ignored["with an open end"] += open_ends[0]
     if not loops:
         raise UserError(_nothing_closed(path, loose, open_ends, unit, size))
-    return Found(unit, unit_from, sorted(loops, key=lambda one: -one[0].area), gap, widest, dict(ignored))
+    return Found(unit, unit_from, sorted(loops, key=lambda one: -one[0].area), gap, dict(ignored))
 
 
 def _unit(path, document, content):
@@ -315,9 +314,9 @@ _READERS = {"LINE": _line, "ARC": _arc, "CIRCLE": _circle, "LWPOLYLINE": _lwpoly
 
 
 def _faces(loose, gap):
-    """([(Contour, layers)], widest gap, (pieces with an open end, [(distance of an end from the next, x, y)]))."""
+    """([(Contour, layers, widest gap)], (pieces with an open end, [(distance of an end from the next, x, y)]))."""
     if not loose:
-        return [], 0.0, (0, [])
+        return [], (0, [])
     ends = np.array([rows[k, :2] for _, rows in loose for k in (0, -1)])
     corner = _together(ends, gap)
     centre = np.stack([np.bincount(corner, ends[:, k]) / np.bincount(corner) for k in (0, 1)], axis=1)
@@ -325,7 +324,7 @@ def _faces(loose, gap):
     np.minimum.at(low, corner, ends)
     np.maximum.at(high, corner, ends)
     centre = np.where(low == high, low, centre)  # a mean could be rounded
-    widest = float(np.hypot(*(ends - centre[corner]).T).max()) * 2
+    gaps = 2 * np.hypot(*(ends - centre[corner]).T).reshape(-1, 2).max(axis=1)
     edges, known = {}, set()
     for k, (_, rows) in enumerate(loose):
         a, b = corner[2 * k], corner[2 * k + 1]
@@ -338,7 +337,8 @@ def _faces(loose, gap):
         rows[0, :2], rows[-1, :2] = centre[a], centre[b]
         edges[k] = (a, b, rows)
     open_ends = _prune(edges, centre)
-    return [(shape, {loose[k][0] for k in used}) for shape, used in _trace(edges)], widest, open_ends
+    found = [(shape, {loose[k][0] for k in used}, float(max(gaps[k] for k in used))) for shape, used in _trace(edges)]
+    return found, open_ends
 
 
 def _middle(rows):
