@@ -51,7 +51,7 @@ bool mill_deck_lining_read(struct mill_deck *deck, const char *section, const ch
                                   section,
                                   "file",
                                   *file,
-                                  "3 numbers 'x y bulge' in SI units",
+                                  "3 numbers 'x y bulge' in SI units, as 'mill contour' writes",
                                   1u << 3,
                                   .most = MILL_LINING_CORNERS};
     const bool good = mill_deck_files_read(&rows);
