@@ -113,6 +113,7 @@ class ChargeFigure(Figure):
         for ax, run, name, state in zip(axes, runs, labels(runs), shown):
             subtitle(ax, f"{name}, {sampled(run)}" + (f"; balls at {number(state.time, 4)} s" if state else ""))
             ax.set_ylabel("up [mm]")
+            ax.locator_params(nbins=5)
         axes[-1].set_xlabel("across, to the side where the wall rises [mm]")
         handles, words = axes[0].get_legend_handles_labels()
         legend(figure, handles, words, 2)
