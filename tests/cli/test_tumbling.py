@@ -287,7 +287,7 @@ RANGE = "expected x and y up to 10000 m, and a bulge below 1000"
         ("0.15 0.1 0\n-0.15 0.1 0\n-0.15 0.02 0.1\n0.15 0.02 0\n", AWAY),  # an arc that just leaves the axis out
         ("1e200 0 1\n-1e200 0 1\n", "corner 1 of the contour, 1e+200 0 1: " + RANGE),
         ("0.15 0 1\n-0.15 0 -1e3\n", "corner 2 of the contour, -0.15 0 -1000: " + RANGE),
-        ("0.15 0\n-0.15 0\n", "{}:1: expected 3 numbers 'x y bulge' in SI units"),
+        ("0.15 0\n-0.15 0\n", "{}:1: expected 3 numbers 'x y bulge' in SI units, as 'mill contour' writes"),
     ],
 )
 def test_a_contour_that_is_no_drum_is_refused(refused, write_deck, tmp_path, rows, complaint):
