@@ -13,21 +13,22 @@ CRUMBS = 0.01  # of the worn area: less that comes loose counts as worn
 SMOOTH = math.radians(5)  # pieces that turn by less stay joined when they wear
 
 
-def offset(contour: Contour, depth, sharp=False) -> list[Contour]:
+def offset(contour: Contour, depth) -> list[Contour]:
     """The contours that are left of one, largest first, if each point moves by `depth` [m] into the solid, or for
     negative values towards the balls; an array (n,) has a depth at each vertex, and between them it varies linearly.
 
     The raw curve follows the moved pieces. Where these come apart, an arc around the vertex joins them, and
     where they overlap, the way leads through the vertex. So its winding number counts how often a place is
     covered by the inside and by the strips that the pieces sweep, and the result is the boundary of what is covered
-    (of what is left, for negative depths). An arc does not move beyond its centre. `sharp`: lines instead of arcs join
-    the pieces, up to where both meet; and nearly smooth joints stay joined, for between two pieces that overlap there
-    and hardly meet a step would be left, which grows from wear to wear."""
-    raw = _raw(contour, np.broadcast_to(np.asarray(depth, float), len(contour.vertices)), sharp)
+    (of what is left, for negative depths). An arc does not move beyond its centre."""
+    raw = _raw(contour, np.broadcast_to(np.asarray(depth, float), len(contour.vertices)))
     return [] if len(raw) < 2 else _boundary(raw)[0]
 
 
-def _raw(contour, depth, sharp):
+def _raw(contour, depth, sharp=False):
+    """The raw curve of `offset`. `sharp`: lines instead of arcs join the pieces, up to where both meet; and nearly
+    smooth joints stay joined, for between two pieces that overlap there and hardly meet a step would be left, which
+    grows from wear to wear."""
     n, every = len(contour.vertices), np.arange(len(contour.vertices))
     first, last = contour.normals(every, 0.0), contour.normals(every, 1.0)
     shrinks = [contour.is_arc & (contour.vertices[:, 2] * d < 0) for d in (depth, np.roll(depth, -1))]
@@ -277,7 +278,7 @@ def worn(contour: Contour, s, depth, smooth=0.0, tolerance=None) -> Contour:
     depths = mean(at, smooth)
     factor, tried = 1.0, []
     for _ in range(12):
-        shapes, loose = _boundary(_raw(fine, factor * depths, True))
+        shapes, loose = _boundary(_raw(fine, factor * depths, sharp=True))
         loose *= loose > CRUMBS * area
         if not shapes:
             raise ValueError("the depths are larger than the contour")
