@@ -122,7 +122,7 @@ class Life:
         if not rows and probe.check(self.job(0)).value("drum.profile", "circle") == "circle":
             raise UserError(
                 f"{self.file}: [study] deck: expected a drum with a contour, whose wear can be drawn: give the deck "
-                f"drum.profile = lifters, harmonics, wavy or file"
+                "drum.profile = lifters, harmonics, wavy or file"
             )
         self.folder.mkdir(exist_ok=True)
         try:
@@ -205,10 +205,10 @@ def over(rows) -> tuple[np.ndarray, str]:
 
 def finding(life: Life, rows) -> str:
     """What the first recorded quantity is with the new liner, and at the end."""
-    name, times = life.record[0], over(rows)[1].startswith("time")
+    name, (x, words) = life.record[0], over(rows)
     new, old = (life.scale(name).pair(row[name], row[f"{name} error"]) for row in (rows[0], rows[-1]))
-    end = over(rows)[0][-1]
-    when = f"after {end:.3g} h" if times else f"when the tops have lost {end:.3g} % of the height"
+    timed = words.startswith("time")
+    when = f"after {x[-1]:.3g} h" if timed else f"when the tops have lost {x[-1]:.3g} % of the height"
     return f"{name} {new} with the new liner, {old} {when}"
 
 
