@@ -7,59 +7,73 @@ import numpy as np
 from milltools.geometry.contour import TINY, Contour, bow, cross, left, signed_area
 
 SHORT = 1e-7  # of the size: shorter pieces of a worn contour are left out
-SHARP = math.radians(150)  # corners of the balls' room that turn by less stay sharp when they wear
+SHARP = math.radians(120)  # joints that turn by less stay joints when their pieces move
 CORNER = math.radians(15)  # pieces that turn by more do not become one arc
 CRUMBS = 0.01  # of the worn area: less that comes loose counts as worn
-SMOOTH = math.radians(5)  # pieces that turn by less stay joined when they wear
+FINE = 0.2  # of the radius of an arc: longer pieces of it are cut before they wear
+FOLDED = 0.1  # of its length: a moved piece that is left with less, or turned around, is consumed
+PARALLEL = math.radians(1)  # pieces that turn by less meet in the middle
 
 
-def offset(contour: Contour, depth) -> list[Contour]:
-    """The contours that are left of one, largest first, if each point moves by `depth` [m] into the solid, or for
-    negative values towards the balls; an array (n,) has a depth at each vertex, and between them it varies linearly.
+def _moved(contour, depth):
+    """The rows (n, 3) of the curve of which each vertex has moved by its depth (n,) [m] into the solid.
 
-    The raw curve follows the moved pieces. Where these come apart, an arc around the vertex joins them, and
-    where they overlap, the way leads through the vertex. So its winding number counts how often a place is
-    covered by the inside and by the strips that the pieces sweep, and the result is the boundary of what is covered
-    (of what is left, for negative depths). An arc does not move beyond its centre."""
-    raw = _raw(contour, np.broadcast_to(np.asarray(depth, float), len(contour.vertices)))
-    return [] if len(raw) < 2 else _boundary(raw)[0]
-
-
-def _raw(contour, depth, sharp=False):
-    """The raw curve of `offset`. `sharp`: lines instead of arcs join the pieces, up to where both meet; and nearly
-    smooth joints stay joined, for between two pieces that overlap there and hardly meet a step would be left, which
-    grows from wear to wear."""
-    n, every = len(contour.vertices), np.arange(len(contour.vertices))
+    The pieces move with their vertices, and two of them meet again where they would without a change of the depth: so
+    no step is left between them, and a corner stays sharp; a sharper one than SHARP gets an arc where its pieces come
+    apart. A piece that turns around, because its radius is smaller than the depth, is consumed: its neighbours meet
+    where they cross, as faces of a solid do that move on. Elsewhere pieces may cross: see `_boundary`."""
+    every = np.arange(len(contour.vertices))
     first, last = contour.normals(every, 0.0), contour.normals(every, 1.0)
-    shrinks = [contour.is_arc & (contour.vertices[:, 2] * d < 0) for d in (depth, np.roll(depth, -1))]
-    limit = [np.where(arc, np.minimum(np.abs(d), contour.radius), np.abs(d)) * np.sign(d)
-             for arc, d in zip(shrinks, (depth, np.roll(depth, -1)))]  # fmt: skip
-    begin, end = contour.start - limit[0][:, None] * first, contour.end - limit[1][:, None] * last
     before = np.roll(last, 1, axis=0)
-    far_end, far_begin = contour.start - depth[:, None] * before, contour.start - depth[:, None] * first
     turn = np.arctan2(cross(before, first), (before * first).sum(axis=1))
-    with np.errstate(all="ignore"):
-        tip = contour.start - depth[:, None] * (before + first) / (1 + np.cos(turn))[:, None]
-    joined = sharp & (np.abs(turn) < SMOOTH)
-    begin[joined], end[np.roll(joined, -1)] = tip[joined], np.roll(tip, -1, axis=0)[np.roll(joined, -1)]
-    clipped = np.abs(limit[0]) + np.abs(limit[1]) < np.abs(depth) + np.abs(np.roll(depth, -1))
-    bulge = np.where(clipped, 0.0, contour.vertices[:, 2])
+    begin, end = contour.start - depth[:, None] * first, contour.end - np.roll(depth, -1)[:, None] * last
+    width = np.hypot(*(end - begin).T)
+    meets = np.abs(turn) < SHARP
+    tip = contour.start - depth[:, None] * (before + first) / np.maximum(1 + np.cos(turn), 0.1)[:, None]
+    begin[meets], end[np.roll(meets, -1)] = tip[meets], np.roll(tip, -1, axis=0)[np.roll(meets, -1)]
+    following = _without_folded(contour.end - contour.start, begin, end)
     rows = []
-    for i in range(n):
-        if joined[i]:
-            rows.append((*end[i - 1], 0.0))
-        elif turn[i] * np.sign(depth[i]) > 1e-9:
-            meet = sharp and abs(turn[i]) < SHARP
-            join = [(*tip[i], 0.0)] if meet else [(*far_end[i], math.tan(turn[i] / 4)), (*far_begin[i], 0.0)]
-            rows += [(*end[i - 1], 0.0), *join]
-        elif abs(turn[i]) > 1e-9:
-            rows += [(*end[i - 1], 0.0), (*contour.start[i], 0.0)]
-        else:
-            rows.append((*end[i - 1], 0.0))
-        rows.append((*begin[i], bulge[i]))
-    rows = np.array(rows)
+    for i in np.flatnonzero(following >= 0):
+        share = np.hypot(*(end[i] - begin[i])) / max(width[i], TINY * contour.size)
+        rows.append((*begin[i], contour.vertices[i, 2] * min(share, 1.0)))
+        k = following[i]
+        if (end[i] != begin[k]).any():
+            rows.append((*end[i], math.tan(turn[k] / 4) if turn[k] > 0 else 0.0))
+            if turn[k] < 0:  # the strips that both pieces sweep overlap
+                rows.append((*contour.start[k], 0.0))
+    rows = np.array(rows).reshape(-1, 3)
     step = np.hypot(*(np.roll(rows[:, :2], -1, axis=0) - rows[:, :2]).T)
     return rows[step > 1e-13 * contour.size]
+
+
+def _without_folded(chord, begin, end):
+    """The piece that follows each one (n,), -1 for pieces that are consumed: they point against their chords (n, 2).
+    Moves the ends `begin` and `end` (n, 2) of their neighbours to where these cross."""
+    n = len(chord)
+    following, previous = np.roll(np.arange(n), -1), np.roll(np.arange(n), 1)
+
+    def folded(i):
+        return (end[i] - begin[i]) @ chord[i] <= FOLDED * chord[i] @ chord[i]
+
+    waiting = [i for i in range(n) if folded(i)]
+    while waiting:
+        i = waiting.pop()
+        if following[i] < 0 or not folded(i):
+            continue
+        a, b = previous[i], following[i]
+        following[i] = -1
+        if a in (b, i):
+            return np.full(n, -1)
+        following[a], previous[b] = b, a
+        u, v = (chord[k] if folded(k) else end[k] - begin[k] for k in (a, b))
+        turn = cross(u, v)
+        if abs(turn) > PARALLEL * math.sqrt(u @ u * (v @ v)):
+            end[a] = begin[a] + cross(begin[b] - begin[a], v) / turn * u
+        else:
+            end[a] = (end[a] + begin[b]) / 2
+        begin[b] = end[a]
+        waiting += [a, b]
+    return following
 
 
 class _Curve(Contour):
@@ -73,6 +87,8 @@ class _Curve(Contour):
 def _boundary(raw) -> tuple[list[Contour], float]:
     """The contours around the places about which a closed curve (N, 3) winds once or more, largest first, without the
     islands of the solid within them; and the area of these islands [m^2], which have come loose."""
+    if len(raw) < 2:
+        return [], 0.0
     curve = _Curve(raw)
     pieces, shares, points = curve._meetings()
     if not len(pieces):
@@ -273,12 +289,12 @@ def worn(contour: Contour, s, depth, smooth=0.0, tolerance=None) -> Contour:
     if area == 0:
         return contour
     step = smooth / 4 if smooth else contour.length / max(400, 2 * len(np.atleast_1d(s)))
-    fine = contour.divided(max(step, contour.length / 8000))
+    fine = contour.divided(np.minimum(max(step, contour.length / 8000), FINE * contour.radius))
     at = np.concatenate([[0], np.cumsum(fine.lengths)[:-1]])
     depths = mean(at, smooth)
     factor, tried = 1.0, []
     for _ in range(12):
-        shapes, loose = _boundary(_raw(fine, factor * depths, sharp=True))
+        shapes, loose = _boundary(_moved(fine, factor * depths))
         loose *= loose > CRUMBS * area
         if not shapes:
             raise ValueError("the depths are larger than the contour")
