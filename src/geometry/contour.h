@@ -140,6 +140,9 @@ static inline int mill_contour_listed(const struct mill_contour *c, struct mill_
     return n.first < 0 ? i : c->list[n.first + i];
 }
 
+/* Number of the piece that is nearest to a place */
+int mill_contour_nearest(const struct mill_contour *c, double x, double y);
+
 /* [m] The distances of the nearest and the farthest of its points from its axis */
 void mill_contour_reach(const struct mill_body *is, double *low, double *high);
 

@@ -41,7 +41,7 @@ static struct nearest find_nearest(const struct mill_contour *c, const struct mi
 {
     const struct mill_contour_nook nook = mill_contour_nook_at(c, s->x, s->y);
     struct mill_contour_view best = {.d = INFINITY}, end = best;
-    int found = 0;
+    int found = 0, ended = 0;
     for (int i = 0; i < nook.close; i++) {
         const int k = mill_contour_listed(c, nook, i);
         const struct mill_contour_view v = mill_contour_look(&c->piece[k], s->x, s->y);
@@ -50,6 +50,7 @@ static struct nearest find_nearest(const struct mill_contour *c, const struct mi
             found = k;
         } else if (!v.beside && v.d < end.d) {
             end = v;
+            ended = k;
         } else if (!v.beside && v.d <= end.d) {
             end.out += v.out; /* along both normals of a joint; behind a corner that points into the
                                  solid < 0 */
@@ -61,6 +62,7 @@ static struct nearest find_nearest(const struct mill_contour *c, const struct mi
         best.d = side * end.d;
         best.nx = joint ? best.nx : side * end.nx;
         best.ny = joint ? best.ny : side * end.ny;
+        found = joint ? found : ended;
     }
     struct nearest near = {best.d, {best.nx, best.ny, 0.0}, found};
     if (s->beyond != 0.0 && best.d <= 0.0) {
@@ -72,6 +74,12 @@ static struct nearest find_nearest(const struct mill_contour *c, const struct mi
             vec3_make(best.nx * best.d / near.d, best.ny * best.d / near.d, s->beyond / near.d);
     }
     return near;
+}
+
+int mill_contour_nearest(const struct mill_contour *c, double x, double y)
+{
+    const struct mill_contour_spot s = {x, y, 0.0};
+    return find_nearest(c, &s).piece;
 }
 
 /* The contact in a direction `n` of the own frame, at distance d [m] */
@@ -243,10 +251,8 @@ static struct mill_hit still_contact(const struct mill_contour *c, const struct 
         const struct mill_contour_piece *p = &c->piece[k];
         if (is_narrow(p, radius) || mill_contour_is_out_of_reach(p, own.x, own.y, reach))
             continue;
-        if (touching && touched < 0) {
-            const struct mill_contour_spot s = {own.x, own.y, 0.0};
-            touched = find_nearest(c, &s).piece;
-        }
+        if (touching && touched < 0)
+            touched = mill_contour_nearest(c, own.x, own.y);
         const double next =
             piece_contact(p, &own, radius, mill_least(t, horizon), k == touched, f->counts);
         t = mill_least(t, next);

@@ -368,15 +368,7 @@ int mill_wear_facets_bin(const struct mill_wear_plan *plan, const struct mill_im
         return -1;
     const vec3 r = vec3_sub(impact->place, c->body.is.centre);
     const double x = vec3_dot(r, c->body.is.x), y = vec3_dot(r, c->body.is.y);
-    const struct mill_contour_nook nook = mill_contour_nook_at(c, x, y);
-    double least = INFINITY;
-    int at = 0;
-    for (int i = 0; i < nook.close; i++) {
-        const int k = mill_contour_listed(c, nook, i);
-        const double d = fabs(mill_contour_look(&c->piece[k], x, y).d);
-        at = d < least ? k : at;
-        least = fmin(d, least);
-    }
+    const int at = mill_contour_nearest(c, x, y);
     const struct mill_contour_piece *p = &c->piece[at];
     const double half = 0.5 * (plan->along[at + 1] - plan->along[at]);
     const double t = developed(p->bend, p->ny * (x - p->x) - p->nx * (y - p->y));
