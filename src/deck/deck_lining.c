@@ -212,6 +212,11 @@ static void check_radius(const struct mill_deck *deck, const struct mill_body *d
                         "%g m is far from the contour, whose points are from %.4g to %.4g m away "
                         "from the axis: correct it, or the unit of the file",
                         drum->radius, low, high);
+    else if (!(drum->radius >= 0.95 * low && drum->radius <= 1.05 * high))
+        mill_deck_faults_warn(deck, "drum", "radius",
+                              "%g m is not the one of the contour, whose points are from %.4g to "
+                              "%.4g m away from the axis: speeds in %% critical are of this radius",
+                              drum->radius, low, high);
 }
 
 void mill_deck_lining_make(struct mill_deck *deck)

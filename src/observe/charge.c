@@ -45,7 +45,7 @@ bool mill_charge_init(struct mill_charge *c, const struct mill_world *world, dou
     const struct mill_pose frame = mill_world_frame(world, 0);
     const vec3 w = mill_motion_pose(m, 0).angular_velocity;
     const double g = vec3_norm(world->g), speed = vec3_norm(w), radius = world->drum_radius;
-    double largest = 0, heaviest = 0, reach = radius;
+    double largest = 0, heaviest = 0, reach = radius, plate = radius;
     /* only a constant turn about its own, horizontal axis */
     if (!(g > 0 && speed > 0) || m->on || mill_motion_bounds(m, in->frame.place).spin_up > 0 ||
         vec3_norm(vec3_cross(w, frame.x)) > 1e-9 * speed ||
@@ -62,14 +62,17 @@ bool mill_charge_init(struct mill_charge *c, const struct mill_world *world, dou
         const double gap = mill_shape_gap(shape, in->frame.place, 0, &mill_pose_still);
         if (shape->motion == m && !end && gap > 0.5 * radius) /* a lifter, not a shaft */
             reach = fmin(reach, gap);
+        if (shape->wall == 0)
+            plate = mill_body_is(shape)->radius; /* of the new liner: a worn one has grooves */
     }
+    plate = plate > reach && plate < radius ? plate : radius;
     *c = (struct mill_charge){.world = world,
                               .interval = interval,
                               .every = (uint64_t)fmax(1, 2 * MILL_PI / (speed * ANGLES * interval)),
                               .centre = frame.place,
                               .down = vec3_scale(world->g, 1 / g),
                               .inner = reach - largest,
-                              .tip = radius - fmax(0.05 * (radius - reach), 1e-6 * radius),
+                              .tip = plate - fmax(0.05 * (plate - reach), 1e-6 * plate),
                               .unit = heaviest * 1e-4,
                               .met = calloc((size_t)world->balls + 1, sizeof *c->met)};
     c->rising = vec3_scale(vec3_cross(w, c->down), 1 / speed);

@@ -307,6 +307,16 @@ def test_a_contour_may_have_corners_anywhere_around_its_axis(millsim, write_deck
         assert said.returncode == 0, said.stderr
 
 
+def test_a_radius_that_is_not_the_contours_is_told(millsim, refused, write_deck, tmp_path):
+    (tmp_path / "line.txt").write_text("0.15 0 1\n-0.15 0 1\n")
+    for radius, told in ((145, False), (157, False), (135, True), (165, True)):
+        said = millsim("--check", "-q", write_deck(FILE.replace("radius = 150", f"radius = {radius}")).name)
+        assert said.returncode == 0 and ("[drum] radius" in said.stderr) == told
+    assert "is not the one of the contour, whose points are from 0.15 to 0.15 m away from the axis" in said.stderr
+    line = refused("--check", write_deck(FILE.replace("radius = 150", "radius = 400")).name)
+    assert "0.4 m is far from the contour" in line
+
+
 def test_a_single_lifter_leaves_the_drum_open(millsim, write_deck):
     one = DECK.replace("motion = roll\n", "motion = roll\nprofile = lifters\nlifters = 1\nlifter_height = 15 mm\n"
                        "lifter_width = 15 mm\n", 1)  # fmt: skip

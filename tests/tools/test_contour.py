@@ -11,7 +11,7 @@ from matplotlib.path import Path
 
 from milltools.base.errors import UserError
 from milltools.contour.drawing import read
-from milltools.geometry.contour import Contour, cross
+from milltools.geometry.contour import READ, Contour, cross
 from milltools.geometry.worn import along, fitted, simplified, worn
 
 ROUND = math.tan(math.pi / 8)  # the bulge of a quarter of a circle
@@ -301,6 +301,44 @@ def test_wear_of_a_circle_by_an_even_depth_is_the_larger_circle():
     after = worn(Contour(CIRCLE), [0.0], [0.01])
     away = np.hypot(*after.points(*shares(after)).T)
     assert away == pytest.approx(math.sqrt(1 + 0.02), abs=2e-5)
+
+
+@pytest.mark.parametrize("face, deep", [(-12, 0.0235), (-12, 0.034), (-15, 0.031)])
+def test_where_heads_of_lifters_come_loose_a_worn_contour_is_found(face, deep):
+    shape = lifters(front=face, back=face)
+    assert worn(shape, [0.0], [deep]).outermost - shape.outermost == pytest.approx(deep, rel=0.15)
+
+
+def test_neighbours_of_a_consumed_tip_do_not_grow_beyond_it():
+    shape = lifters(n=20, height=0.2, width=0.012)
+    s = np.linspace(0, shape.length, 600, endpoint=False) + shape.length / 1300
+    after = worn(shape, s, (np.arange(600) % 37 == 3) * 0.014)
+    assert shape.gap(after.start).max() < 0.1 * 0.014
+
+
+def test_equal_parts_wear_alike():
+    way = np.exp(1j * (math.tau * np.arange(6) / 6 + 0.1))
+    shape, k = Contour(np.column_stack([way.real, way.imag, 0 * way.real])), np.arange(600)
+    after = worn(
+        shape, (k + 0.5) / 600 * shape.length, 0.01 * (1 + 0.7 * np.sin(math.tau * k / 100)), shape.length / 60
+    )
+    spots = after.vertices[:, :2] @ [1, 1j]
+    assert abs(spots[:, None] - spots * np.exp(1j * math.tau / 6)).min(axis=0).max() < 1e-13
+
+
+def test_a_worn_contour_has_no_more_vertices_than_millsim_reads():
+    shape = Contour(lifters(n=400, width=0.003, height=0.004, tip=0.0005).vertices * [0.25, 0.25, 1])
+    k = np.arange(3200)
+    after = worn(shape, k / 3200 * shape.length, 2e-5 * (1 + 0.8 * np.sin(math.tau * k / 8)), shape.length / 4000)
+    assert len(after.vertices) <= READ < len(shape.divided(shape.length / 8000).vertices)
+
+
+@pytest.mark.parametrize("depth", [1e-3, 1e300])
+def test_depths_that_leave_nothing_are_refused(depth):
+    shape, deep = lifters(n=8, height=0.15, width=0.04, front=5, back=5), np.zeros(600)
+    deep[10:12] = 40 * depth
+    with pytest.raises(ValueError, match="depths"):
+        worn(shape, (np.arange(600) + 0.5) / 600 * shape.length, deep)
 
 
 def test_wear_that_lifters_do_not_outlive_leaves_a_rounder_drum():

@@ -21,7 +21,6 @@ SUMMARY = (
     "drawing or of a contour file."
 )
 UNITS = ("um", "mm", "cm", "m", "in", "ft")
-READ = 4000  # vertices of a contour that millsim reads
 PICTURES = (".svg", ".png", ".pdf")
 MOST = 200  # arcs whose centre may be the axis
 SHARED = 0.2  # of the curve are arcs whose common centre is the axis
@@ -51,6 +50,8 @@ def add_arguments(parser):
 
 
 def run(arguments) -> Answer:
+    from milltools.geometry.contour import READ
+
     source, ball = arguments.input, _diameter(arguments.ball)
     outputs = [one for one in (arguments.output, arguments.draw) if one]
     if arguments.draw and pathlib.Path(arguments.draw).suffix.lower() not in PICTURES:

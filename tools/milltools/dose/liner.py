@@ -38,8 +38,9 @@ class Liner:
     width           [m] of the mill, along its axis
     parts, period   number of equal parts, and developed length of one [m]
     lifters         number of tips
-    height          [m] from the tips to the outermost points
-    front           [rad] mean angle of the leading faces from the radius; NaN without such faces
+    height          [m] from the tips to the plate, which is the median of what lies low: grooves are deeper
+    front           [rad] mean angle of the leading faces, without foot and edge, from the radius in the middle of their
+                    lifter, as drum.lifter_front has it; NaN: there are none
     turning         1: the mill turns anticlockwise in the contour's plane; -1; 0: not
     s, face         middles of the bins of a period [m], and what is there: one of FACES
     """
@@ -61,11 +62,16 @@ class Liner:
         s = (np.arange(FINE) + 0.5) / FINE * length
         points = self.contour.points(*self.contour.at(s))
         away = np.hypot(*points.T)
-        self.height = float(away.max() - away.min())
+        middle = (away.max() + away.min()) / 2
+        self.height = float(np.median(away[away >= middle]) - away.min())
         self.parts = equal_parts(self.contour)
         self.period = length / self.parts
-        tips = away < away.max() - max(0.05 * self.height, 1e-6 * away.max())
-        self.lifters = int((tips & ~np.roll(tips, 1)).sum())
+        tips = away < middle
+        starts = tips & ~np.roll(tips, 1)
+        self.lifters = int(starts.sum())
+        of = (np.cumsum(starts) - 1) % max(self.lifters, 1)
+        way = points @ [1, 1j] / away
+        middles = np.array([way[tips & (of == k)].sum() for k in range(self.lifters)])
         self.bins = max(20, round(FINE / self.parts))
         self.s = (np.arange(self.bins) + 0.5) / self.bins * self.period
         where = self.contour.at(self.s)
@@ -73,8 +79,11 @@ class Liner:
         self.away = np.hypot(*points.T)
         ahead = (points[:, 0] * normals[:, 1] - points[:, 1] * normals[:, 0]) / self.away * (self.turning or 1)
         leads = ahead > SLOPE
-        self.front = float(np.arccos(np.minimum(ahead[leads], 1)).mean()) if leads.any() else math.nan
-        level = np.where(self.away < away.max() - self.height / 2, "top", "plate")
+        body = leads & (abs(self.away - middle) < self.height / 4)
+        told = body if body.any() else leads
+        beside = abs(np.angle((points[told] @ [1, 1j])[:, None] / middles)).min(axis=1, initial=math.pi)
+        self.front = float((np.arccos(np.minimum(ahead[told], 1)) + beside).mean()) if told.any() else math.nan
+        level = np.where(self.away < middle, "top", "plate")
         self.face = np.where(leads, "leading face", np.where(ahead < -SLOPE, "trailing face", level))
         self.raised = away.max() - self.away  # [m] above the outermost points
 

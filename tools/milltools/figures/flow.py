@@ -20,6 +20,7 @@ from milltools.read.runfile import FORMS
 
 PARTS = {"normal": 0.85, "tangential": 0.5, "": 0.7}  # opacity of a band
 STORED = "#8c8c8c"
+FIRST = "; the first of %d starts, as all time series"
 NOTHING = 1e-12  # of the turnover: a smaller flow is rounding
 
 
@@ -140,9 +141,9 @@ class Flow(Figure):
         axes = figure.subplots(len(runs), 1, squeeze=False)[:, 0]
         largest = max(found.turnover for found in accounts)
         extents = []
-        for ax, name, found in zip(axes, labels(runs), accounts):
+        for ax, run, name, found in zip(axes, runs, labels(runs), accounts):
             extents.append(panel(ax, found, scale, largest))
-            subtitle(ax, f"{name}, {_words(found)}", 71)
+            subtitle(ax, f"{name}, {_words(found)}{FIRST % run.starts if run.starts > 1 else ''}", 71)
         axes[0].get_gridspec().set_height_ratios(extents)  # so an inch is the same power in all of them
         figure.set_size_inches(WIDTH, 0.35 + sum(0.45 + scale * extent for extent in extents))
 

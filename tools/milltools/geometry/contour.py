@@ -19,6 +19,7 @@ from milltools.base.files import opened
 from milltools.base.text import plain
 
 TINY = 1e-9  # of the size of a contour: what is closer than this meets
+READ = 4000  # vertices of a contour that millsim reads
 MOST_PIECES = 50_000
 LARGEST, BULGE = 1e12, 1e3  # a coordinate; a bulge
 CELLS = 24  # across a contour, for points that are computed together
@@ -182,7 +183,7 @@ class Contour:
 
     def divided(self, step):
         """The same curve with every piece cut into equal ones of at most `step` [m]."""
-        return Contour(_divided(self, np.ceil(self.lengths / step).astype(int)))
+        return Contour(_divided(self, np.ceil(self.lengths / step * (1 - 1e-9)).astype(int)))  # equal parts alike
 
     def flattened(self, tolerance) -> np.ndarray:
         """Corners (N, 2) [m] of a polygon with its corners on the contour, at most `tolerance` [m] away from it."""

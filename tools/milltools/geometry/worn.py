@@ -4,15 +4,15 @@ import math
 
 import numpy as np
 
-from milltools.geometry.contour import TINY, Contour, bow, cross, left, signed_area
+from milltools.geometry.contour import READ, TINY, Contour, bow, cross, left, signed_area
 
 SHORT = 1e-7  # of the size: shorter pieces of a worn contour are left out
 SHARP = math.radians(120)  # joints that turn by less stay joints when their pieces move
 CORNER = math.radians(15)  # pieces that turn by more do not become one arc
-CRUMBS = 0.01  # of the worn area: less that comes loose counts as worn
+CRUMBS = 0.01  # of the worn area: less that comes loose counts as worn, twice as much does not
 FINE = 0.2  # of the radius of an arc: longer pieces of it are cut before they wear
 FOLDED = 0.1  # of its length: a moved piece that is left with less, or turned around, is consumed
-PARALLEL = math.radians(1)  # pieces that turn by less meet in the middle
+FAR = 3.0  # widths of what is consumed: neighbours that would meet farther away meet in its middle
 
 
 def _moved(contour, depth):
@@ -66,12 +66,9 @@ def _without_folded(chord, begin, end):
             return np.full(n, -1)
         following[a], previous[b] = b, a
         u, v = (chord[k] if folded(k) else end[k] - begin[k] for k in (a, b))
-        turn = cross(u, v)
-        if abs(turn) > PARALLEL * math.sqrt(u @ u * (v @ v)):
-            end[a] = begin[a] + cross(begin[b] - begin[a], v) / turn * u
-        else:
-            end[a] = (end[a] + begin[b]) / 2
-        begin[b] = end[a]
+        turn, middle, gap = cross(u, v), (end[a] + begin[b]) / 2, np.hypot(*(end[a] - begin[b]))
+        meet = begin[a] + cross(begin[b] - begin[a], v) / turn * u if turn else middle
+        end[a] = begin[b] = meet if np.hypot(*(meet - middle)) <= FAR * gap else middle
         waiting += [a, b]
     return following
 
@@ -268,7 +265,7 @@ def along(contour: Contour, s, depth):
         return turns * total[-1] + total[k] + d * (y[k] + d * (y[k + 1] - y[k]) / (x[k + 1] - x[k]) / 2)
 
     def mean(at, width):
-        if width == 0:
+        if width < 1e-9 * length:
             return np.interp((at - x[0]) % length + x[0], x, y)
         return (integral(at + width / 2) - integral(at - width / 2)) / width
 
@@ -283,9 +280,11 @@ def worn(contour: Contour, s, depth, smooth=0.0, tolerance=None) -> Contour:
     factor, because at the edges of a lifter two faces lose the same material. Corners that balls do not reach stay
     sharp, and get no arc of the radius of the depth. Material that comes loose is gone, too, besides this area.
     ValueError if nothing of that shape is left."""
+    area, mean = along(contour, s, depth)
     if np.min(depth) < 0 or not 0 <= smooth < contour.length:
         raise ValueError("expected depths of 0 or more, and a smoothing length below the length of the contour")
-    area, mean = along(contour, s, depth)
+    if np.max(depth) > contour.size:
+        raise ValueError("the depths are larger than the contour")
     if area == 0:
         return contour
     step = smooth / 4 if smooth else contour.length / max(400, 2 * len(np.atleast_1d(s)))
@@ -295,7 +294,7 @@ def worn(contour: Contour, s, depth, smooth=0.0, tolerance=None) -> Contour:
     factor, tried = 1.0, []
     for _ in range(12):
         shapes, loose = _boundary(_moved(fine, factor * depths))
-        loose *= loose > CRUMBS * area
+        loose = min(max(2 * (loose - CRUMBS * area), 0.0), loose)  # without a jump, for the search
         if not shapes:
             raise ValueError("the depths are larger than the contour")
         new = shapes[0]
@@ -307,10 +306,14 @@ def worn(contour: Contour, s, depth, smooth=0.0, tolerance=None) -> Contour:
             break
         factor = f - e * (f - g) / (e - d)
         if not 0 < factor < 10:
-            factor = f / (1 + e)
+            factor = f / max(1 + e, 0.1)
     if not abs(tried[-1][1]) < 1e-3:
         raise ValueError("no contour has lost this area: smaller depths, or a larger smoothing length")
-    new = simplified(new, area / contour.length / 100 if tolerance is None else tolerance)
-    new = Contour(new.vertices[new.width > SHORT * new.size])
+    tolerance = area / contour.length / 100 if tolerance is None else tolerance
+    few = simplified(new, tolerance)
+    while len(few.vertices) > READ and tolerance < contour.size:
+        tolerance = max(2 * tolerance, TINY * contour.size)
+        few = simplified(new, tolerance)
+    new = Contour(few.vertices[few.width > SHORT * few.size])
     # what is left is some 1e-9 of the size
     return Contour(new.vertices * [*[math.sqrt((contour.area + area + loose) / new.area)] * 2, 1.0])

@@ -85,7 +85,7 @@ def about(mill: Mill) -> list[tuple[str, str]]:
          f"{quantity(1e3 * mill.ball_mass, 'g', 4)} of balls of {mill.ball_density:.0f} kg/m^3"),
         ("charge", f"{mill.density:.0f} kg/m^3 " + ("dry, without ore" if not mill.pulp else
          f"with pulp of {mill.pulp:.0f} kg/m^3, {mill.discharge} discharge")),
-        ("toe, shoulder", f"{_spoken(toe)}, {_spoken(shoulder)} deg from 3 o'clock with the turning (Morrell)"),
+        ("toe, shoulder", f"Morrell expects {_spoken(toe)}, {_spoken(shoulder)} deg from 3 o'clock with the turning"),
         ("", f"{_spoken(toe - 3 * math.pi / 2)}, {_spoken(shoulder + math.pi / 2)} deg from 6 o'clock, "
          "the rising side positive"),
     ]  # fmt: skip

@@ -36,7 +36,7 @@ LEAST = 0.1  # of the first height: less is worn out
 UNIT = re.compile(r"(.*?)(?: \[([^\]]*)\])?")  # behind the name of a column
 RECORD = ("power", "above_toe")
 BEGIN, STEP = ("time [s]", "lost [m]"), ("step time [s]", "step lost [m]")
-FIXED = ("life", "step", *BEGIN, *STEP, "height [m]", "worn [m2]", "front [rad]")
+FIXED = ("life", "step", *BEGIN, *STEP, "height [m]", "worn [m2]", "front [rad]", "balls [kg]")
 
 
 class Life:
@@ -182,7 +182,8 @@ class Life:
             write_text(self.contour(step + 1), found.worn(depth).text([f"life {self.digest}, step {step + 1}"]))
             begin = (rows[-1][was] + rows[-1][more] if rows else 0.0 for was, more in zip(BEGIN, STEP))
             worn = found.contour.area - Contour.read(self.contour(0)).area
-            fixed = (self.digest, step, *begin, time, found.lost(depth), found.height, worn, found.front)
+            fixed = (self.digest, step, *begin, time, found.lost(depth), found.height, worn)
+            fixed += (found.front, sum(one.count * one.mass for one in run.as_deck.species))
         return row | dict(zip(FIXED, fixed))
 
 
@@ -244,14 +245,15 @@ def draw(life: Life, rows):
 def table(life: Life, rows) -> list[str]:
     """Lines for people: one for each run."""
     known, record = over(rows)[1].startswith("time"), life.record
-    heads = ["step", *["time"] * known, "lost", "height", "front", "worn", *record]
-    lines = [heads, ["", *["h"] * known, "mm", "mm", "deg", "cm²", *(life.scale(name).unit for name in record)]]
+    heads = ["step", *["time"] * known, "lost", "height", "front", "worn", "balls", *record]
+    lines = [heads, ["", *["h"] * known, "mm", "mm", "deg", "cm²", "kg", *(life.scale(name).unit for name in record)]]
     for row in rows:
         told = [
             1e3 * row["lost [m]"],
             1e3 * row["height [m]"],
             math.degrees(row["front [rad]"]),
             1e4 * row["worn [m2]"],
+            row["balls [kg]"],
         ]
         told = [row["step"], *[row["time [s]"] / 3600] * known, *told]
         values = (life.scale(name).told(row[name], row[f"{name} error"]) for name in record)
