@@ -374,7 +374,7 @@ def test_flows_of_several_runs_are_on_one_scale_of_watts(monkeypatch):
     )
     monkeypatch.setattr(flow, "account", account)
     drawing = Canvas()
-    FIGURES["flow"].paint(drawing, [SimpleNamespace(path=path) for path in powers])
+    FIGURES["flow"].paint(drawing, [SimpleNamespace(path=path, starts=1) for path in powers])
     style.lay_out(drawing)
     trunks = [patch for ax in drawing.axes for patch in ax.patches if isinstance(patch, Rectangle)]
     small, large = (trunk.get_window_extent().height for trunk in trunks)
