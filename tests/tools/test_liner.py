@@ -136,6 +136,12 @@ def test_the_liner_has_its_lifters_height_and_faces(run):
     assert sum(found.shares("sliding").values()) == pytest.approx(1)
 
 
+def test_lifters_of_a_lower_set_are_counted(tmp_path):
+    deck = DRUM.replace("lifter_height = 10 mm", "lifter_height = 10 mm\nlifter_second_height = 3 mm")
+    with Run(simulate(tmp_path, deck, "a", "run.time=0.42 s")) as run:
+        assert (Liner(run).lifters, Liner(run).parts) == (6, 3)
+
+
 @pytest.mark.slow
 def test_leading_faces_get_more_than_trailing_ones_and_change_with_the_turning(run, tmp_path):
     deck = DRUM.replace("speed = 70 % critical", "speed = -70 % critical").replace("back = 10", "back = 20")

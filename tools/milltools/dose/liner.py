@@ -17,6 +17,7 @@ from milltools.read.wear import Wear
 
 ALONG, TURN = "statistics/wear/along", "statistics/charge/liner"
 SLOPE = 0.3  # tangential component of the normal of a face; more is a leading or trailing face
+SET = 0.15  # of the height: what stands higher is a lifter, perhaps of a lower set; less is a worn plate
 FINE = 2000  # places along the contour
 SHARE = 0.99
 STEP = 0.05  # of the height: the largest depth after which the motion of the balls is computed again
@@ -63,10 +64,11 @@ class Liner:
         points = self.contour.points(*self.contour.at(s))
         away = np.hypot(*points.T)
         middle = (away.max() + away.min()) / 2
-        self.height = float(np.median(away[away >= middle]) - away.min())
+        plate = float(np.median(away[away >= middle]))
+        self.height = plate - float(away.min())
         self.parts = equal_parts(self.contour)
         self.period = length / self.parts
-        tips = away < middle
+        tips = away < plate - max(SET * self.height, 1e-6 * plate)
         starts = tips & ~np.roll(tips, 1)
         self.lifters = int(starts.sum())
         of = (np.cumsum(starts) - 1) % max(self.lifters, 1)
