@@ -17,7 +17,7 @@ from milltools.read.wear import Wear
 
 ALONG, TURN = "statistics/wear/along", "statistics/charge/liner"
 SLOPE = 0.3  # tangential component of the normal of a face; more is a leading or trailing face
-SET = 0.15  # of the height: what stands higher is a lifter, perhaps of a lower set; less is a worn plate
+SET = 0.25  # of the height: what stands higher is a lifter, perhaps of a lower set; less is a worn plate
 FINE = 2000  # places along the contour
 SHARE = 0.99
 STEP = 0.05  # of the height: the largest depth after which the motion of the balls is computed again
