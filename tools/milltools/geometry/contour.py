@@ -357,7 +357,7 @@ class Contour:
     # ---- the room for balls
 
     @functools.cached_property
-    def _turns(self):
+    def turns(self) -> np.ndarray:
         """Angles [rad] of the corners at the vertices; below 0 where the solid points at the balls."""
         every = np.arange(len(self.vertices))
         before, after = self.normals(every - 1, 1.0), self.normals(every, 0.0)
@@ -366,7 +366,7 @@ class Contour:
     def _spots(self, piece, share):
         """Points and normals of pieces at shares of them; a piece n + i is the corner at vertex i of n."""
         i, corner = piece % len(self.vertices), (piece >= len(self.vertices))[:, None]
-        turned = _turned(self.normals(i - 1, 1.0), share * self._turns[i])
+        turned = _turned(self.normals(i - 1, 1.0), share * self.turns[i])
         return (np.where(corner, self.start[i], self.points(i, share)),
                 np.where(corner, turned, self.normals(i, share)))  # fmt: skip
 
@@ -426,7 +426,7 @@ class Contour:
         n = len(self.vertices)
         # along the contour: pieces, and the corners where the solid points at the balls
         parts = np.stack([n + np.arange(n), np.arange(n)], axis=1)
-        parts = parts[np.stack([self._turns < -1e-6, np.ones(n, bool)], axis=1)]
+        parts = parts[np.stack([self.turns < -1e-6, np.ones(n, bool)], axis=1)]
         u = (np.arange(len(parts))[:, None] + (SHARES if n <= 1000 else 0.5)).ravel()
 
         def touching(u):

@@ -25,7 +25,7 @@ def _moved(contour, depth):
     every = np.arange(len(contour.vertices))
     first, last = contour.normals(every, 0.0), contour.normals(every, 1.0)
     before = np.roll(last, 1, axis=0)
-    turn = np.arctan2(cross(before, first), (before * first).sum(axis=1))
+    turn = contour.turns
     begin, end = contour.start - depth[:, None] * first, contour.end - np.roll(depth, -1)[:, None] * last
     width = np.hypot(*(end - begin).T)
     meets = np.abs(turn) < SHARP
@@ -238,10 +238,7 @@ def _bulge_of(area):
 
 def simplified(contour: Contour, tolerance) -> Contour:
     """Fewer lines and arcs, at most `tolerance` [m] away, that enclose the same area; corners stay."""
-    every = np.arange(len(contour.vertices))
-    first, before = contour.normals(every, 0.0), np.roll(contour.normals(every, 1.0), 1, axis=0)
-    turn = np.abs(np.arctan2(cross(before, first), (before * first).sum(axis=1)))
-    begin = int(turn.argmax())
+    begin = int(np.abs(contour.turns).argmax())
     rows = np.roll(contour.vertices, -begin, axis=0)
     return Contour(fitted(np.concatenate([rows, rows[:1]]), tolerance)[:-1])
 
